@@ -1,0 +1,1 @@
+"""Shared language of toponav: vocabulary, geometry, cameras, episodes. No I/O."""

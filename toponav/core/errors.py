@@ -1,0 +1,44 @@
+"""Errors a person can act on."""
+
+import difflib
+from collections.abc import Iterable
+
+__all__ = ["InputError", "did_you_mean"]
+
+
+class InputError(ValueError):
+    """Something a user gave is wrong; the message says what, where and the remedy.
+
+    The command line prints the message without a traceback and exits with status 1.
+
+    Args:
+        rule: What has to hold, and the value received instead.
+        where: The file, node, edge, episode or flag at fault.
+        remedy: What to do about it.
+
+    Example:
+        >>> raise InputError("depth must be finite, got NaN", where="frame 3", remedy="drop it")
+        Traceback (most recent call last):
+        toponav.core.errors.InputError: frame 3: depth must be finite, got NaN. Remedy: drop it
+    """
+
+    def __init__(self, rule: str, *, where: str, remedy: str) -> None:
+        self.rule = rule
+        self.where = where
+        self.remedy = remedy
+        super().__init__(f"{where}: {rule.rstrip('.')}. Remedy: {remedy}")
+
+
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
+    """The nearest valid name as a hint, or the valid names when none is near.
+
+    Example:
+        >>> did_you_mean("turn_lift", ["turn_left", "straight"])
+        "did you mean 'turn_left'?"
+    """
+    names = sorted(valid)
+    near = difflib.get_close_matches(name, names, n=1)
+    if near:
+        return f"did you mean '{near[0]}'?"
+    shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    return f"valid names: {shown or 'none'}"

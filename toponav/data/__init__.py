@@ -1,0 +1,1 @@
+"""Experts, recordings, annotation and storage."""

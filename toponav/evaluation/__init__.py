@@ -1,0 +1,1 @@
+"""Suites, protocols, metrics, tables and reports."""

@@ -1,0 +1,1 @@
+"""What is drawn: topological maps, their checks, plans and formats."""

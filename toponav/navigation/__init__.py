@@ -1,0 +1,1 @@
+"""Agents: observation in, action out."""

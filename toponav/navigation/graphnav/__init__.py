@@ -1,0 +1,1 @@
+"""GraphNav's agents."""

@@ -1,0 +1,1 @@
+"""What the robot senses and does: cameras, physics, environments."""

@@ -1,0 +1,1 @@
+"""What exists: scenes, free space, generators and loaders."""

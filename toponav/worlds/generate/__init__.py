@@ -1,0 +1,1 @@
+"""Procedural buildings, each a pure function of its seed."""

@@ -1,0 +1,1 @@
+"""Buildings from files that users already have."""
