@@ -1,0 +1,60 @@
+# `make demo` and `make test` set up everything they need in .venv; nothing needs root.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+.PHONY: help demo test test-all check lint types imports spelling format bench train-compact clean
+
+help:
+	@echo "make demo    drive an unseen office by topological map and write a report to look at"
+	@echo "make test    the test suite (all but gpu, ros and browser)"
+	@echo "make check   format, lint, types, imports, spelling"
+	@echo "make bench   frame rates and closed-loop speed, stored under benchmarks/results/"
+	@echo "make train-compact   data set, training and evaluation of the shipped weights (hours)"
+
+$(VENV)/.created:
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/.core: $(VENV)/.created pyproject.toml constraints.txt
+	$(PIP_INSTALL) --editable .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.core
+	$(PIP_INSTALL) --editable ".[dev]"
+	@touch $@
+
+demo: $(VENV)/.core
+	$(BIN)/toponav demo
+
+test: $(VENV)/.dev
+	$(BIN)/pytest -q -n 2 --dist loadfile -m "not gpu and not ros and not browser"
+
+check: lint types imports spelling
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+
+types: $(VENV)/.dev
+	$(BIN)/mypy
+
+imports: $(VENV)/.dev
+	$(BIN)/lint-imports
+
+spelling: $(VENV)/.dev
+	$(BIN)/codespell toponav tests docs benchmarks examples *.md
+
+format: $(VENV)/.dev
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(VENV)/.core
+	$(BIN)/toponav bench
+
+train-compact: $(VENV)/.core
+	bash examples/train_compact.sh
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
