@@ -1,1 +1,6 @@
-"""Depth cameras by ray casting."""
+"""Depth cameras: one contract, four backends, and a slow reference to test the fast ones."""
+
+from toponav.sim.render.base import DepthRenderer
+from toponav.sim.render.make import Backend, make_renderer
+
+__all__ = ["Backend", "DepthRenderer", "make_renderer"]
