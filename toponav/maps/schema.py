@@ -1,0 +1,228 @@
+"""JSON documents that can be trusted to have the shape of their schema, or one clear error."""
+
+import functools
+import json
+import math
+from collections.abc import Iterable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError
+
+from toponav.core.errors import InputError, did_you_mean
+
+__all__ = [
+    "FORMAT_VERSION",
+    "MAX_FILE_BYTES",
+    "map_schema",
+    "map_schema_faults",
+    "read_json",
+    "read_map_document",
+]
+
+FORMAT_VERSION = 1
+"""Version of the `*.topo.json` format that this package writes and reads."""
+
+MAX_FILE_BYTES = 64 * 1024 * 1024
+"""No map is this large: a bigger file is refused before it fills the memory."""
+
+_SHOWN_FAULTS = 5
+_SHOWN_CHARACTERS = 60
+
+
+@functools.cache
+def map_schema() -> dict[str, Any]:
+    """The JSON Schema of `*.topo.json`, as shipped in the package."""
+    text = resources.files("toponav.maps").joinpath("topological_map.schema.json").read_text("utf-8")
+    schema: dict[str, Any] = json.loads(text)
+    return schema
+
+
+def read_json(path: Path, *, max_bytes: int = MAX_FILE_BYTES) -> Any:
+    """What a JSON file holds, with nothing in it that JSON does not allow.
+
+    Args:
+        path: File to read.
+        max_bytes: Largest size that is read at all.
+
+    Raises:
+        InputError: If the file is missing, too large, not UTF-8, not JSON, nested too deep,
+            repeats a key, or holds NaN, an infinity or a lone surrogate.
+    """
+    where = str(path)
+    text = _read_text(path, max_bytes)
+    try:
+        return json.loads(
+            text,
+            parse_constant=_refuse_constant,
+            parse_float=_finite_float,
+            object_pairs_hook=_unique_keys,
+        )
+    except json.JSONDecodeError as error:
+        raise InputError(
+            f"not JSON: {error.msg} at line {error.lineno} column {error.colno}",
+            where=where,
+            remedy="repair that place, or save the file again from the tool that made it",
+        ) from None
+    except RecursionError:
+        raise InputError(
+            "nested too deep to be read", where=where, remedy="flatten the document"
+        ) from None
+    except ValueError as error:
+        raise InputError(
+            str(error), where=where, remedy="write finite JSON numbers and each key once"
+        ) from None
+
+
+def read_map_document(path: Path) -> dict[str, Any]:
+    """The document of a topological map whose version and schema were checked.
+
+    Raises:
+        InputError: If the file is not one; names the first faults by element.
+    """
+    document = read_json(path)
+    faults = map_schema_faults(document)
+    if faults:
+        shown = "; ".join(f"{place}: {rule}" for place, rule in faults[:_SHOWN_FAULTS])
+        more = len(faults) - _SHOWN_FAULTS
+        raise InputError(
+            shown + (f"; and {more} more" if more > 0 else ""),
+            where=str(path),
+            remedy="correct the named elements; `toponav map check` lists every fault",
+        )
+    checked: dict[str, Any] = document
+    return checked
+
+
+def map_schema_faults(document: Any) -> list[tuple[str, str]]:
+    """Every breach of the schema as (place, rule), in the order of the document."""
+    if not isinstance(document, dict):
+        kind = type(document).__name__
+        return [("document", f"a topological map is a JSON object, got {kind}")]
+    version = document.get("version")
+    if version != FORMAT_VERSION or isinstance(version, bool):
+        return [("version", _version_rule(document))]
+    errors = Draft202012Validator(map_schema()).iter_errors(document)
+    found = [(_place(error, document), _rule(error)) for error in errors]
+    return sorted(dict.fromkeys(found), key=lambda fault: _natural(fault[0]))
+
+
+def _read_text(path: Path, max_bytes: int) -> str:
+    try:
+        size = path.stat().st_size
+        if not path.is_file():
+            raise InputError("not a file", where=str(path), remedy="name a JSON file")
+        if size > max_bytes:
+            raise InputError(
+                f"at most {max_bytes} bytes are read, the file has {size}",
+                where=str(path),
+                remedy="check that this is the right file",
+            )
+        text = path.read_bytes().decode("utf-8-sig")
+        return text
+    except OSError as error:
+        raise InputError(
+            f"cannot be read: {error.strerror or error}",
+            where=str(path),
+            remedy="check the path and its permissions",
+        ) from None
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"not UTF-8 at byte {error.start}",
+            where=str(path),
+            remedy="save the file as UTF-8 text",
+        ) from None
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"numbers must be finite, got {name}")
+
+
+def _finite_float(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"numbers must be finite, got {text[:_SHOWN_CHARACTERS]}")
+    return value
+
+
+def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in result:
+            raise ValueError(f"keys must be unique, {key[:_SHOWN_CHARACTERS]!r} comes twice")
+        for text in (key, value):
+            if isinstance(text, str) and any("\ud800" <= letter <= "\udfff" for letter in text):
+                raise ValueError(f"text must be Unicode, got a lone surrogate in {text!r}")
+        result[key] = value
+    return result
+
+
+def _version_rule(document: dict[str, Any]) -> str:
+    if "version" not in document:
+        if {"oval", "line", "text"} <= document.keys():
+            return (
+                "this is a drawing of the GraphNav authors' canvas: "
+                "`toponav map build AREA.yaml --out MAP` converts it"
+            )
+        return f"missing; this package reads version {FORMAT_VERSION} of the format"
+    version = document["version"]
+    newer = isinstance(version, int) and not isinstance(version, bool) and version > FORMAT_VERSION
+    advice = ": upgrade toponav" if newer else ""
+    return f"this package reads version {FORMAT_VERSION}, got {_short(version)}{advice}"
+
+
+def _place(error: ValidationError, document: dict[str, Any]) -> str:
+    """`node 'office_1' (nodes[3]).x`: by name where the element has one, always by index."""
+    path = list(error.absolute_path)
+    if len(path) < 2 or path[0] not in ("nodes", "edges"):
+        return ".".join(str(part) for part in path) or "document"
+    element = document[path[0]][path[1]]
+    name = element.get("id") if isinstance(element, dict) else None
+    label = f"{str(path[0])[:-1]} {_short(name)} " if isinstance(name, str) else ""
+    rest = "".join(f".{part}" for part in path[2:])
+    return f"{label}({path[0]}[{path[1]}]){rest}"
+
+
+def _rule(error: ValidationError) -> str:
+    value = _short(error.instance)
+    limit = error.validator_value
+    match error.validator:
+        case "required":
+            missing = [key for key in limit if key not in error.instance]
+            return f"must have {', '.join(missing)}"
+        case "additionalProperties":
+            known = error.schema["properties"]
+            extra = [key for key in error.instance if key not in known]
+            return f"unknown key {_short(extra[0])}, {did_you_mean(extra[0], known)}"
+        case "enum":
+            options: Iterable[str] = limit
+            hint = did_you_mean(error.instance, options) if isinstance(error.instance, str) else ""
+            return f"must be one of {', '.join(options)}, got {value} {hint}".rstrip()
+        case "type":
+            return f"must be of type {limit}, got {value}"
+        case "oneOf":
+            return f"must be a name or null, got {value}"
+        case "not":
+            return f"must not hold control characters, got {value}"
+        case "minLength":
+            return "must not be empty"
+        case "minimum" | "maximum" | "maxLength" | "maxItems":
+            return f"{error.validator} is {limit}, got {value}"
+    return error.message[:200]
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, list | dict):
+        return f"a {type(value).__name__} of {len(value)}"
+    text = repr(value)
+    return text if len(text) <= _SHOWN_CHARACTERS else text[: _SHOWN_CHARACTERS - 3] + "..."
+
+
+def _natural(place: str) -> tuple[int, int]:
+    """Sorts document-level faults first, then nodes and edges by index."""
+    for rank, key in enumerate(("nodes[", "edges["), start=1):
+        if key in place:
+            return rank, int(place.split(key)[1].split("]")[0])
+    return 0, 0
