@@ -1,0 +1,251 @@
+"""The expert's global planner: cost to go over (x, y, heading), and smooth paths down it.
+
+The plan's protocol truth enters the costs: where a node off the plan would be the robot's true
+node, passing is dear, so a path keeps to where the plan's own nodes are nearest.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int32
+from scipy import ndimage
+
+from toponav.core.errors import InputError
+from toponav.core.geometry import Pose2
+from toponav.core.vocabulary import NodeKind
+from toponav.data import planning_kernels as kernels
+from toponav.maps.plan import Plan
+from toponav.maps.spec import TopologicalMap
+from toponav.worlds.free_space import FreeSpace
+from toponav.worlds.scene import Scene
+
+__all__ = ["CostToGo", "GlobalPlanner", "PlannerCosts"]
+
+_ALIGNED_RAD = 0.2 * math.pi
+_UNITS_PER_CELL = 20
+_CELL_M = 0.1
+
+
+@dataclass(frozen=True)
+class PlannerCosts:
+    """What the global planner avoids, as multiples of the cost of free driving."""
+
+    hard_m: float = 0.20
+    """Robot centres nearer than this to an obstacle are forbidden where a way exists without."""
+    least_m: float = 0.178
+    """Robot centres nearer than this are always forbidden."""
+    tight_m: float = 0.30
+    """Nearer than this is dear."""
+    tight_cost: float = 10.0
+    """Extra cost at `hard_m`, falling to none at `tight_m`."""
+    comfort_m: float = 1.2
+    """Farther than this is all the same."""
+    comfort_cost: float = 1.5
+    """Extra cost at no clearance, falling to none at `comfort_m`."""
+    off_plan_cost: float = 12.0
+    """Extra cost where the true node would not be on the plan."""
+    line_m: float = 0.25
+    """Distance from the plan's edges that costs nothing."""
+    line_cost: float = 0.5
+    """Extra cost per metre farther."""
+    turn_cost: float = 0.3
+    """Cost of turning by one lattice heading while driving, in cells."""
+    pivot_cost: float = 3.0
+    """Cost of turning by one lattice heading on the spot, in cells."""
+
+
+@dataclass(frozen=True, eq=False)
+class CostToGo:
+    """Cost to the goal of one plan from every (cell, heading) near the plan.
+
+    Attributes:
+        value: Least cost, in integer units; huge where there is no way.
+        cell_id: Row of `cells` per cell of the planning grid, -1 where it does not reach.
+        cells: (row, col) of each cell.
+        weight: Cost of driving through each cell.
+        off_plan: How far off the plan each (cell, heading) is, 0 to 1.
+        reach_m: How far from the plan's edges it covers.
+    """
+
+    value: Int32[np.ndarray, " states"]
+    cell_id: Int32[np.ndarray, "rows cols"]
+    cells: Int32[np.ndarray, "cells 2"]
+    weight: Float[np.ndarray, " cells"]
+    off_plan: Float[np.ndarray, "cells headings"]
+    reach_m: float
+
+
+class GlobalPlanner:
+    """Plans paths for the plans of one map in one scene.
+
+    Args:
+        scene: The building.
+        topological_map: The map whose plans are driven.
+        costs: What to avoid.
+    """
+
+    def __init__(
+        self, scene: Scene, topological_map: TopologicalMap, costs: PlannerCosts | None = None
+    ) -> None:
+        self.scene = scene
+        self.map = topological_map
+        self.costs = costs or PlannerCosts()
+        self.resolution_m = float(scene.grid.resolution_m)
+        self._origin = np.array(scene.grid.origin_m, dtype=float)
+        space = FreeSpace.of(scene, self.costs.least_m)
+        self.clearance_m = np.ascontiguousarray(space.clearance_m)
+        self._rows = int(scene.grid.rows * self.resolution_m / _CELL_M)
+        self._cols = int(scene.grid.cols * self.resolution_m / _CELL_M)
+        rows, cols = np.mgrid[0 : self._rows, 0 : self._cols]
+        self._x = (cols + 0.5) * _CELL_M
+        self._y = (rows + 0.5) * _CELL_M
+        samples = np.array(
+            [(self._y / self.resolution_m - 0.5), self._x / self.resolution_m - 0.5]
+        )
+        self._clear = ndimage.map_coordinates(self.clearance_m, samples, order=1, mode="nearest")
+        corner = np.minimum(
+            (samples + 0.5).astype(int), np.array(scene.grid.shape)[:, None, None] - 1
+        )
+        near_free = ndimage.binary_dilation(space.free, iterations=2)
+        self._clear[~near_free[corner[0], corner[1]]] = 0.0
+        self._number = {node.id: i for i, node in enumerate(topological_map.nodes)}
+
+    @cached_property
+    def _truth(self) -> tuple[np.ndarray, np.ndarray]:
+        """Row of the truth table per planning cell (-1: never), and the table [row, bin]."""
+        nodes = self.map.nodes
+        rooms = {room.name: i for i, room in enumerate(self.scene.rooms)}
+        enclosed = np.array([room.kind.is_enclosed for room in self.scene.rooms] + [False])
+        node_room = np.array([rooms.get(node.room or "", -1) for node in nodes], dtype=np.int32)
+        room_node = np.full(len(self.scene.rooms) + 1, -1, dtype=np.int32)
+        for i, node in enumerate(nodes):
+            if node.kind == NodeKind.ROOM and node_room[i] >= 0:
+                room_node[node_room[i]] = i
+        bins = np.arange(kernels.BINS) * (2 * math.pi / kernels.BINS)
+        aligned = np.zeros((len(nodes), kernels.BINS), dtype=bool)
+        for edge in self.map.edges:
+            turn = np.abs((bins - edge.yaw_rad + math.pi) % (2 * math.pi) - math.pi)
+            for node_id in (edge.source, edge.target):
+                aligned[self._number[node_id]] |= turn < _ALIGNED_RAD
+        reachable = self._clear >= self.costs.least_m
+        row_of = np.full(self._clear.shape, -1, dtype=np.int32)
+        row_of[reachable] = np.arange(int(reachable.sum()))
+        xy = np.stack([self._x[reachable], self._y[reachable]], axis=1)
+        cell_rows = (xy[:, 1] / self.resolution_m).astype(int)
+        cell_cols = (xy[:, 0] / self.resolution_m).astype(int)
+        room = self.scene.room_index[cell_rows, cell_cols].astype(np.int32)
+        room[~enclosed[room]] = -1
+        table = np.empty((len(xy), kernels.BINS), dtype=np.int16)
+        node_xy = np.array([(node.x_m, node.y_m) for node in nodes]) - self._origin
+        sizes = np.array([node.size for node in nodes], dtype=float)
+        kernels.truth_by_heading(xy, room, node_xy, sizes, node_room, aligned, room_node, table)
+        return row_of, table
+
+    def cost_to_go(self, plan: Plan, reach_m: float = 2.0) -> CostToGo:
+        """The cost to the plan's goal from everywhere within `reach_m` of its edges."""
+        on_plan = np.zeros(len(self.map.nodes) + 1, dtype=bool)
+        on_plan[[self._number[node] for node in plan.nodes]] = True
+        segments = self._segments(plan)
+        away = kernels.distance_to_segments(self._rows, self._cols, _CELL_M, segments, reach_m)
+        row_of, table = self._truth
+        usable = np.isfinite(away) & (self._clear >= self.costs.least_m) & (row_of >= 0)
+        cell_id = np.full(usable.shape, -1, dtype=np.int32)
+        cells = np.argwhere(usable).astype(np.int32)
+        cell_id[usable] = np.arange(len(cells), dtype=np.int32)
+        weight = self._weights(self._clear[usable], away[usable])
+        off = kernels.off_plan_fraction(table, row_of[usable], on_plan)
+        goal = self._goal_states(plan, cells, table, row_of)
+        value = kernels.cost_to_go(
+            cell_id, cells, weight, off, goal, self.costs.off_plan_cost, self.costs.turn_cost,
+            self.costs.pivot_cost, _UNITS_PER_CELL,
+        )  # fmt: skip
+        return CostToGo(value, cell_id, cells, weight, off, reach_m)
+
+    def path(self, field: CostToGo, pose: Pose2) -> Float[np.ndarray, "points 2"] | None:
+        """A smooth path from the pose to the goal, 5 cm a point, or None where there is none.
+
+        Positions are relative to the scene grid's origin.
+        """
+        start = self._nearest_state(field, pose)
+        if start is None:
+            return None
+        states = kernels.descend(
+            field.value, field.cell_id, field.cells, field.weight, field.off_plan, start,
+            self.costs.off_plan_cost, self.costs.turn_cost, self.costs.pivot_cost, _UNITS_PER_CELL,
+        )  # fmt: skip
+        if len(states) == 0:
+            return None
+        cells = field.cells[states // kernels.HEADINGS]
+        points = (cells[:, ::-1] + 0.5) * _CELL_M
+        points = points[np.r_[True, np.any(np.diff(points, axis=0) != 0, axis=1)]]
+        here = np.array([[pose.x_m, pose.y_m]]) - self._origin
+        points = np.concatenate([here, points[1:]])
+        points = kernels.resample(points, 0.1)
+        points = kernels.smooth(
+            points, self.clearance_m, self.resolution_m, 60, 0.45, 0.03, 0.15, 0.4, 0.2
+        )
+        return kernels.resample(points, 0.05)
+
+    def _segments(self, plan: Plan) -> np.ndarray:
+        """Ends of the plan's edges, (x, y, x, y) from the grid's corner."""
+        spots = np.array([(self.map.node(n).x_m, self.map.node(n).y_m) for n in plan.nodes])
+        spots = spots - self._origin
+        ends = spots[1:] if len(spots) > 1 else spots
+        return np.ascontiguousarray(np.concatenate([spots[: len(ends)], ends], axis=1))
+
+    def _weights(self, clear: np.ndarray, away: np.ndarray) -> np.ndarray:
+        costs = self.costs
+        tight = np.clip((costs.tight_m - clear) / (costs.tight_m - costs.hard_m), 0, None)
+        comfort = np.clip((costs.comfort_m - clear) / costs.comfort_m, 0, None)
+        weight = 1 + costs.comfort_cost * comfort**2 + costs.tight_cost * tight**2
+        weight += np.where(clear < costs.hard_m, 20.0, 0.0)
+        weight += costs.line_cost * np.clip(away - costs.line_m, 0, None)
+        return weight.astype(np.float64)
+
+    def _goal_states(
+        self, plan: Plan, cells: np.ndarray, table: np.ndarray, row_of: np.ndarray
+    ) -> Bool[np.ndarray, "cells headings"]:
+        """States about the goal node: where it is the true node, nearest to it."""
+        node = self.map.node(plan.nodes[-1])
+        number = self._number[node.id]
+        is_goal = table[row_of[cells[:, 0], cells[:, 1]]][:, ::3] == number
+        x = (cells[:, 1] + 0.5) * _CELL_M + self._origin[0] - node.x_m
+        y = (cells[:, 0] + 0.5) * _CELL_M + self._origin[1] - node.y_m
+        distance = np.hypot(x, y)
+        candidates = is_goal.any(axis=1)
+        if not candidates.any():
+            raise InputError(
+                "the goal must have free floor about it where it is the robot's true node",
+                where=f"map {self.map.name}, node {node.id}",
+                remedy="move the node to free floor inside its room, or choose another goal",
+            )
+        clear = self._clear[cells[:, 0], cells[:, 1]]
+        penalty = distance + np.clip(0.3 - clear, 0, None) * 10
+        near = penalty <= penalty[candidates].min() + 0.15
+        return np.asarray(is_goal & near[:, None])
+
+    def _nearest_state(self, field: CostToGo, pose: Pose2) -> int | None:
+        """The state at or near the pose that reaches the goal, by distance then heading."""
+        x, y = pose.x_m - self._origin[0], pose.y_m - self._origin[1]
+        turn = 2 * math.pi / kernels.HEADINGS
+        heading = round(pose.yaw_rad / turn) % kernels.HEADINGS
+        row, col = int(y / _CELL_M), int(x / _CELL_M)
+        best = None
+        for radius in (1, 3, 6):
+            low_row, low_col = max(0, row - radius), max(0, col - radius)
+            patch = field.cell_id[low_row : row + radius + 1, low_col : col + radius + 1]
+            found = np.argwhere(patch >= 0)
+            for dr, dc in found:
+                state = int(patch[dr, dc]) * kernels.HEADINGS + heading
+                if field.value[state] >= 1 << 30:
+                    continue
+                away = math.hypot(
+                    (low_col + dc + 0.5) * _CELL_M - x, (low_row + dr + 0.5) * _CELL_M - y
+                )
+                if best is None or away < best[0]:
+                    best = (away, state)
+            if best is not None:
+                return best[1]
+        return None

@@ -1,0 +1,154 @@
+"""Kernels of the expert's local planner: speeds along a path, and the next velocity on it."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from toponav.data.planning_kernels import sample_bilinear
+
+__all__ = ["curvature", "follow", "nearest_on_path", "speed_profile"]
+
+
+@njit(cache=True)
+def _wrap(angle):
+    return (angle + math.pi) % (2 * math.pi) - math.pi
+
+
+@njit(cache=True)
+def curvature(points, reach):
+    """Unsigned curvature of the polyline, from the turn over `reach` points to either side."""
+    count = points.shape[0]
+    out = np.zeros(count)
+    for i in range(1, count - 1):
+        a, b = max(0, i - reach), min(count - 1, i + reach)
+        before = math.atan2(points[i, 1] - points[a, 1], points[i, 0] - points[a, 0])
+        after = math.atan2(points[b, 1] - points[i, 1], points[b, 0] - points[i, 0])
+        length = 0.5 * (
+            math.hypot(points[i, 0] - points[a, 0], points[i, 1] - points[a, 1])
+            + math.hypot(points[b, 0] - points[i, 0], points[b, 1] - points[i, 1])
+        )
+        if length > 1e-6:
+            out[i] = abs(_wrap(after - before)) / length
+    return out
+
+
+@njit(cache=True)
+def speed_profile(
+    points, clearance, resolution_m, top_m_s, turn_rad_s, slow_m_s, tight_m, brake_m_s2
+):
+    """Speed at each point: slower where the path bends or is tight, braking in time."""
+    count = points.shape[0]
+    bends = curvature(points, 3)
+    speed = np.full(count, top_m_s)
+    for i in range(count):
+        if bends[i] > 1e-6:
+            speed[i] = min(speed[i], max(slow_m_s, turn_rad_s / bends[i]))
+        near = sample_bilinear(clearance, resolution_m, points[i, 0], points[i, 1])
+        if near < tight_m:
+            share = max(0.0, (near - 0.18) / (tight_m - 0.18))
+            speed[i] = min(speed[i], slow_m_s + share * (top_m_s - slow_m_s))
+    for i in range(count - 2, -1, -1):
+        step = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
+        speed[i] = min(speed[i], math.sqrt(speed[i + 1] ** 2 + 2 * brake_m_s2 * step))
+    return speed
+
+
+@njit(cache=True)
+def nearest_on_path(points, x, y, low, high):
+    """Index of the nearest point among `low..high`, and its distance."""
+    best, index = math.inf, low
+    for i in range(low, high):
+        square = (points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2
+        if square < best:
+            best, index = square, i
+    return index, math.sqrt(best)
+
+
+@njit(cache=True)
+def _chord_clearance(clearance, resolution_m, ax, ay, bx, by):
+    """Least clearance along a straight line."""
+    length = math.hypot(bx - ax, by - ay)
+    pieces = int(length / 0.05) + 1
+    least = math.inf
+    for i in range(pieces + 1):
+        a = i / pieces
+        least = min(
+            least, sample_bilinear(clearance, resolution_m, ax + a * (bx - ax), ay + a * (by - ay))
+        )
+    return least
+
+
+@njit(cache=True)
+def _stop_clearance(clearance, resolution_m, x, y, yaw, v, w, to_v, to_w, limits):
+    """Least clearance if a command is held for 0.3 s and the robot then brakes to a stop."""
+    dt = 0.05
+    least = math.inf
+    for step in range(20):
+        if step == 6:
+            to_v = 0.0
+            to_w = 0.0
+        v += min(max(to_v - v, -limits[2] * dt), limits[2] * dt)
+        w += min(max(to_w - w, -limits[3] * dt), limits[3] * dt)
+        yaw += 0.5 * w * dt
+        x += v * math.cos(yaw) * dt
+        y += v * math.sin(yaw) * dt
+        yaw += 0.5 * w * dt
+        least = min(least, sample_bilinear(clearance, resolution_m, x, y))
+        if step > 6 and v == 0.0:
+            break
+    return least
+
+
+@njit(cache=True)
+def follow(
+    points, speed, index, x, y, yaw, v, w, clearance, resolution_m, limits, lag_s, reach_m,
+    gain_rad_s, stop_angle_rad, hard_m,
+):  # fmt: skip
+    """The next command on the path: (linear, angular, index of the nearest point, distance).
+
+    Steers at a point `reach_m` ahead, nearer when the straight line to it is not free, slows and
+    pivots when that point is not ahead, and never commands what could not be braked in time.
+    """
+    count = points.shape[0]
+    index, away = nearest_on_path(points, x, y, max(0, index - 10), min(count, index + 30))
+    # Where the robot will be when the command takes hold.
+    yaw_then = yaw + w * lag_s
+    x_then = x + v * math.cos(yaw + 0.5 * w * lag_s) * lag_s
+    y_then = y + v * math.sin(yaw + 0.5 * w * lag_s) * lag_s
+    here, _ = nearest_on_path(points, x_then, y_then, max(0, index - 5), min(count, index + 10))
+    target = here
+    travelled = 0.0
+    while target < count - 1 and travelled < reach_m:
+        travelled += math.hypot(
+            points[target + 1, 0] - points[target, 0], points[target + 1, 1] - points[target, 1]
+        )
+        target += 1
+    own = sample_bilinear(clearance, resolution_m, x_then, y_then)
+    floor = min(own, hard_m + 0.02) - 0.01
+    while target > here + 1:
+        tx, ty = points[target]
+        if _chord_clearance(clearance, resolution_m, x_then, y_then, tx, ty) >= floor:
+            break
+        target -= 1
+    tx, ty = points[target]
+    distance = math.hypot(tx - x_then, ty - y_then)
+    if target == count - 1 and distance < 0.1:
+        return 0.0, 0.0, index, away
+    error = _wrap(math.atan2(ty - y_then, tx - x_then) - yaw_then)
+    to_w = min(max(gain_rad_s * error, -limits[1]), limits[1])
+    ease = max(0.0, 1.0 - (error / stop_angle_rad) ** 2)
+    to_v = min(limits[0], speed[here]) * ease
+    if target == count - 1:
+        to_v = min(to_v, distance)
+    # Slow down until the command can be braked before anything is nearer than allowed.
+    now = sample_bilinear(clearance, resolution_m, x, y)
+    allowed = min(hard_m, now - 0.003)
+    for attempt in range(6):
+        share = 1.0 - 0.2 * attempt
+        if (
+            _stop_clearance(clearance, resolution_m, x, y, yaw, v, w, share * to_v, to_w, limits)
+            >= allowed
+        ):
+            return share * to_v, to_w, index, away
+    return 0.0, to_w, index, away
