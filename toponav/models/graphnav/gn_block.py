@@ -1,5 +1,6 @@
 """Graph network blocks (algorithm 1) as update functions of PyTorch Geometric's MetaLayer."""
 
+import itertools
 from typing import Literal
 
 import torch
@@ -66,7 +67,7 @@ class _Update(nn.Module):
         self.first = nn.Linear(inputs, hidden[0])
         layers: list[nn.Module] = [kind(hidden[0]), nn.ReLU(inplace=True)]
         widths = [*hidden, outputs]
-        for before, after in zip(widths[:-2], widths[1:-1], strict=True):
+        for before, after in itertools.pairwise(widths[:-1]):
             layers += [nn.Linear(before, after), kind(after), nn.ReLU(inplace=True)]
         layers.append(nn.Linear(widths[-2], outputs))
         self.rest = nn.Sequential(*layers)

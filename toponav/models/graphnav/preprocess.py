@@ -81,7 +81,8 @@ class DepthResampler:
         scaled = np.clip(depth, spec.min_depth_m, spec.max_depth_m)
         scaled *= np.float32(255.0 / spec.max_depth_m)
         scaled += np.float32(0.5)
-        return scaled.astype(np.uint8)
+        pixels: np.ndarray = scaled.astype(np.uint8)
+        return pixels
 
     def _check_camera(self) -> None:
         camera, spec = self.camera, self.image
@@ -128,8 +129,9 @@ class DepthResampler:
                 where="camera",
                 remedy="use a wider camera, such as 320x240 pixels with 150 degrees",
             )
-        index = np.floor(inside_row).astype(np.int64) * camera.width
-        return index + np.floor(inside_col).astype(np.int64)
+        index: np.ndarray = np.floor(inside_row).astype(np.int64) * camera.width
+        index += np.floor(inside_col).astype(np.int64)
+        return index
 
 
 def _rays(

@@ -5,7 +5,7 @@ changing a preset never changes what an old checkpoint means.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from toponav.core.camera import PinholeCamera
@@ -165,7 +165,7 @@ class BehaviorConfig:
     head: VelocityHeadConfig
     recurrent_layers: int = 0
     recurrent_size: int = 512
-    limits: VelocityLimits = VelocityLimits()
+    limits: VelocityLimits = field(default_factory=VelocityLimits)
 
     def __post_init__(self) -> None:
         _check_offsets(self.frame_offsets)

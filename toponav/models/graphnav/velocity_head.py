@@ -22,6 +22,8 @@ class VelocityHead(nn.Module):
     from the right limit to the left one; a command between two bins is shared by both.
     """
 
+    _rates: Tensor
+
     def __init__(self, config: VelocityHeadConfig, limits: VelocityLimits) -> None:
         super().__init__()
         self.config = config
