@@ -21,15 +21,14 @@ def render_level(
 
     All pixels of a column look in the same compass direction, so one horizontal walk finds what
     each of them hits: an obstacle hides every ray below its top edge, and what is not hidden
-    goes on. `open_m` is the depth of floor or ceiling per image row, clipped at `far_m`;
+    goes on. The grid's edge is a wall. `open_m` is the depth of floor or ceiling per image row, clipped at `far_m`;
     `column` and `row` are the camera's position in cells, fractional.
     """
     height, width = up.size, left.size
     n_rows, n_columns = heights_m.shape
     cosine, sine = math.cos(yaw_rad), math.sin(yaw_rad)
     image = np.empty((height, width), np.float32)
-    stop_m = np.empty(width, np.float32)
-    beyond_m = np.empty(width, np.float32)
+    wall_m = np.empty(width, np.float32)
     # Pixels on obstacles that do not reach the ceiling, written over the rest at the end.
     low_pixel = np.empty(height * width, np.int32)
     low_m = np.empty(height * width, np.float32)
@@ -50,8 +49,7 @@ def render_level(
             top_m = heights_m[i, j]
             if top_m > 0.0:
                 if top_m >= ceiling_m:
-                    stop_m[u] = enter_m
-                    beyond_m[u] = enter_m
+                    wall_m[u] = enter_m
                     break
                 rise_m = top_m - camera_m
                 while v > 0 and up[v - 1] * enter_m <= -camera_m:
@@ -68,8 +66,7 @@ def render_level(
                         low_m[n_low] = min(rise_m / up[v], far_m)
                         n_low += 1
             if leave_m >= far_m or v == 0:
-                stop_m[u] = far_m
-                beyond_m[u] = far_m
+                wall_m[u] = far_m
                 break
             enter_m = leave_m
             if next_x < next_y:
@@ -81,13 +78,12 @@ def render_level(
                 next_y += per_y
                 outside = i < 0 or i >= n_rows
             if outside:
-                stop_m[u] = enter_m
-                beyond_m[u] = far_m
+                wall_m[u] = enter_m
                 break
     for k in range(height):
         depth = open_m[k]
         for u in range(width):
-            image[k, u] = depth if depth <= stop_m[u] else beyond_m[u]
+            image[k, u] = min(depth, wall_m[u])
     flat = image.reshape(-1)
     for k in range(n_low):
         flat[low_pixel[k]] = low_m[k]
@@ -144,5 +140,5 @@ def _walk(heights_m, column, row, dx, dy, up, camera_m, ceiling_m, far_m):
             next_y += per_y
             outside = i < 0 or i >= n_rows
         if outside:
-            return open_m if open_m <= enter_m else far_m
+            return min(open_m, enter_m)
     return open_m
