@@ -1,0 +1,155 @@
+"""Plausible heights and classes for the obstacles of a floor plan that gives neither."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float32, Int16, UInt8
+from scipy import ndimage
+
+from toponav.worlds.grid import SemanticClass
+
+__all__ = ["ObstacleHeights", "raise_obstacles"]
+
+_WALL_LENGTH_M = 2.5
+"""Connected obstacles at least this long are walls."""
+_BETWEEN_M = 0.25
+"""A piece with two rooms this near stands between them: it is wall."""
+_NOWHERE_M = 0.5
+"""A piece further than this from any room is part of the building's outside."""
+_THICK_M = 0.2
+"""Parts of walls at least this thick are cupboards, columns or machines against them."""
+
+_EIGHT = np.ones((3, 3), bool)
+
+# For each size of piece: class, share, lowest and highest height in metres.
+_Choice = tuple[SemanticClass, float, float, float]
+_SMALL: tuple[_Choice, ...] = (
+    (SemanticClass.CHAIR, 0.65, 0.80, 1.00),
+    (SemanticClass.CLUTTER, 0.35, 0.40, 0.90),
+)
+_MEDIUM: tuple[_Choice, ...] = (
+    (SemanticClass.CHAIR, 0.45, 0.80, 1.00),
+    (SemanticClass.TABLE, 0.35, 0.70, 0.76),
+    (SemanticClass.FURNITURE, 0.20, 0.90, 1.30),
+)
+_LARGE: tuple[_Choice, ...] = (
+    (SemanticClass.TABLE, 0.50, 0.70, 0.76),
+    (SemanticClass.BOOKCASE, 0.30, 1.20, 2.00),
+    (SemanticClass.SOFA, 0.20, 0.75, 0.90),
+)
+_AGAINST_WALL: tuple[_Choice, ...] = (
+    (SemanticClass.BOOKCASE, 0.60, 1.20, 2.00),
+    (SemanticClass.FURNITURE, 0.40, 0.90, 1.30),
+)
+_DOOR_LEAF: tuple[_Choice, ...] = ((SemanticClass.DOOR, 1.0, 2.00, 2.10),)
+
+
+@dataclass(frozen=True, eq=False)
+class ObstacleHeights:
+    """A height and a class per cell; zero and `FLOOR` on free cells."""
+
+    heights_m: Float32[np.ndarray, "rows cols"]
+    semantics: UInt8[np.ndarray, "rows cols"]
+
+
+def raise_obstacles(
+    occupied: Bool[np.ndarray, "rows cols"],
+    room_index: Int16[np.ndarray, "rows cols"],
+    resolution_m: float,
+    ceiling_m: float,
+    rng: np.random.Generator,
+) -> ObstacleHeights:
+    """Walls to the ceiling and everything else to the height of what it probably is.
+
+    Long connected pieces, pieces between two rooms and pieces away from all rooms are walls.
+    Loose pieces in a room become chairs, tables, shelves or clutter by their size, thin
+    strokes of a door's length that touch a wall become door leaves, and thick lumps on walls
+    become cupboards. Occupied stays occupied and free stays free.
+
+    Args:
+        occupied: Solid cells.
+        room_index: Room of each cell; -1 is nowhere.
+        resolution_m: Side of a cell.
+        ceiling_m: Height of the walls.
+        rng: Chooses among what a piece of this size may be, and its height.
+    """
+    heights_m = np.where(occupied, ceiling_m, 0).astype(np.float32)
+    semantics = np.where(occupied, SemanticClass.WALL, SemanticClass.FLOOR).astype(np.uint8)
+    pieces, count = ndimage.label(occupied, structure=_EIGHT)
+    boxes = ndimage.find_objects(pieces)
+    length_m = np.array([_length_cells(box) * resolution_m for box in boxes])
+    is_wall = length_m >= _WALL_LENGTH_M
+    if (room_index >= 0).any():
+        near, far = room_index_spread(room_index, pieces, count, _BETWEEN_M / resolution_m)
+        is_wall |= near >= 2
+        is_wall |= far > _NOWHERE_M / resolution_m
+    walls = np.concatenate([[False], is_wall])[pieces]
+    by_wall = ndimage.binary_dilation(walls, structure=_EIGHT, iterations=3)
+    for number in np.flatnonzero(~is_wall).tolist():
+        piece = pieces[boxes[number]] == number + 1
+        touches = bool((by_wall[boxes[number]] & piece).any())
+        choices = _choices(piece, length_m[number], resolution_m, touches)
+        _raise(heights_m, semantics, boxes[number], piece, choices, rng)
+    thick = ndimage.binary_opening(walls, np.ones((max(round(_THICK_M / resolution_m), 2),) * 2))
+    lumps, _ = ndimage.label(thick, structure=_EIGHT)
+    for number, box in enumerate(ndimage.find_objects(lumps)):
+        _raise(heights_m, semantics, box, lumps[box] == number + 1, _AGAINST_WALL, rng)
+    return ObstacleHeights(heights_m, semantics)
+
+
+def room_index_spread(
+    room_index: np.ndarray, pieces: np.ndarray, count: int, reach_cells: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """For each piece: how many rooms lie within reach, and how far the nearest room is."""
+    distance, (row, col) = ndimage.distance_transform_edt(
+        room_index < 0, return_indices=True
+    )
+    nearest_room = room_index[row, col]
+    far = ndimage.minimum(distance, pieces, np.arange(1, count + 1))
+    # Every obstacle cell spreads a little; each (piece, room) pair found there counts once.
+    away, (row, col) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
+    beside = (away <= reach_cells) & (room_index >= 0)
+    pairs = np.stack([pieces[row, col][beside], nearest_room[beside]], axis=1)
+    pieces_met = np.unique(pairs, axis=0)[:, 0]
+    return np.bincount(pieces_met, minlength=count + 1)[1:], np.asarray(far)
+
+
+def _length_cells(box: tuple[slice, slice]) -> int:
+    """The longer side of a bounding box."""
+    return max(side.stop - side.start for side in box)
+
+
+def _choices(
+    piece: np.ndarray, length_m: float, resolution_m: float, touches_wall: bool
+) -> tuple[_Choice, ...]:
+    """What a loose piece of this size and shape may be."""
+    if length_m < 0.35:
+        return _SMALL
+    if touches_wall and _is_door_leaf(piece, resolution_m):
+        return _DOOR_LEAF
+    return _MEDIUM if length_m < 1.0 else _LARGE
+
+
+def _is_door_leaf(piece: np.ndarray, resolution_m: float) -> bool:
+    """Whether the piece is one thin straight stroke as long as a door is wide."""
+    cells = np.argwhere(piece) * resolution_m
+    centered = cells - cells.mean(axis=0)
+    _, spread, axes = np.linalg.svd(centered, full_matrices=False)
+    along = centered @ axes[0]
+    thickness_m = spread[-1] / math.sqrt(len(cells))
+    return bool(0.65 <= np.ptp(along) <= 1.05 and thickness_m < 0.04)
+
+
+def _raise(
+    heights_m: np.ndarray,
+    semantics: np.ndarray,
+    box: tuple[slice, slice],
+    piece: np.ndarray,
+    choices: tuple[_Choice, ...],
+    rng: np.random.Generator,
+) -> None:
+    """Gives a piece one of the choices, and one height in whole centimetres."""
+    kind, _, low_m, high_m = choices[rng.choice(len(choices), p=[share for _, share, _, _ in choices])]
+    heights_m[box][piece] = min(round(rng.uniform(low_m, high_m), 2), float(heights_m.max()))
+    semantics[box][piece] = kind

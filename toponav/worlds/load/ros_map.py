@@ -1,0 +1,171 @@
+"""Floor plans as ROS `map_server` keeps them: an image and a yaml beside it."""
+
+import math
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from jaxtyping import Bool
+from PIL import Image
+
+from toponav.core.errors import InputError
+from toponav.worlds.grid import GridFrame
+
+__all__ = ["RosMap", "read_ros_map", "read_yaml_mapping"]
+
+_MAX_YAML_BYTES = 4_000_000
+_MAX_PIXELS = 64_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class RosMap:
+    """A floor plan and the yaml it came with.
+
+    Attributes:
+        path: The yaml file.
+        settings: Everything that the yaml says.
+        grid: Where the cells lie.
+        occupied: Cells that are not known to be free; row 0 is the image's lowest row.
+    """
+
+    path: Path
+    settings: dict[str, Any]
+    grid: GridFrame
+    occupied: Bool[np.ndarray, "rows cols"]
+
+
+def read_yaml_mapping(path: Path) -> dict[str, Any]:
+    """The mapping in a yaml file.
+
+    Raises:
+        InputError: When the file cannot be read or holds anything but a mapping.
+    """
+    try:
+        if path.stat().st_size > _MAX_YAML_BYTES:
+            raise InputError(
+                f"a map's yaml is small, got {path.stat().st_size:,} bytes",
+                where=str(path),
+                remedy="give the yaml file of the map, not its image",
+            )
+        loaded = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError("no such file", where=str(path), remedy="check the path") from None
+    except OSError as error:
+        raise InputError(
+            f"cannot be read ({error.strerror})", where=str(path), remedy="check the file"
+        ) from None
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f" line {mark.line + 1}" if mark else ""
+        raise InputError(
+            f"is not yaml ({error.problem or error.context})",
+            where=f"{path}{line}",
+            remedy="repair the line or copy the file again",
+        ) from None
+    except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            "is not yaml text", where=str(path), remedy="give the yaml file of the map"
+        ) from None
+    if not isinstance(loaded, dict):
+        raise InputError(
+            f"must hold a mapping, got {type(loaded).__name__}",
+            where=str(path),
+            remedy="give the yaml file of a map (image, resolution, origin, ...)",
+        )
+    return {str(key): value for key, value in loaded.items()}
+
+
+def read_ros_map(yaml_path: str | Path) -> RosMap:
+    """The floor plan that a map's yaml describes.
+
+    Pixels darker than `occupied_thresh` are solid, lighter than `free_thresh` are free, and
+    what lies between counts as solid because nobody saw it free.
+
+    Raises:
+        InputError: When the yaml or the image is broken; the message names the file.
+
+    Reference:
+        https://wiki.ros.org/map_server#YAML_format
+    """
+    path = Path(yaml_path)
+    settings = read_yaml_mapping(path)
+    resolution_m = _number(settings, "resolution", path)
+    free_below = _number(settings, "free_thresh", path, default=0.196)
+    origin = settings.get("origin")
+    if not isinstance(origin, list) or len(origin) not in (2, 3):
+        raise InputError(
+            f"origin must be [x, y, yaw], got {origin!r}",
+            where=str(path),
+            remedy="give the lower-left corner in metres",
+        )
+    corner = {f"origin[{place}]": value for place, value in enumerate(origin)}
+    x_m, y_m = (_number(corner, f"origin[{axis}]", path) for axis in (0, 1))
+    if len(origin) == 3 and abs(_number(corner, "origin[2]", path)) > 1e-9:
+        raise InputError(
+            f"a turned map is not supported, got yaw {origin[2]}",
+            where=str(path),
+            remedy="turn the image and set the yaw of origin to 0",
+        )
+    shade = _read_shades(_file_named(settings, "image", path))
+    darkness = shade if bool(settings.get("negate", 0)) else 1.0 - shade
+    try:
+        grid = GridFrame(resolution_m, (x_m, y_m), *darkness.shape)
+    except InputError as error:
+        raise InputError(error.rule, where=str(path), remedy=error.remedy) from None
+    occupied = np.ascontiguousarray(darkness[::-1] >= free_below)
+    return RosMap(path, settings, grid, occupied)
+
+
+def _read_shades(path: Path) -> np.ndarray:
+    """The image as grey values from 0 (black) to 1 (white)."""
+    try:
+        # Too many pixels for comfort is a warning in Pillow and an error here.
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(path) as image:
+                if image.width * image.height > _MAX_PIXELS:
+                    raise Image.DecompressionBombError(f"{image.width} x {image.height} pixels")
+                return np.asarray(image.convert("L"), dtype=np.float32) / 255.0
+    except FileNotFoundError:
+        raise InputError(
+            "no such image", where=str(path), remedy="put it beside the yaml that names it"
+        ) from None
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+        raise InputError(
+            f"a floor plan has at most {_MAX_PIXELS:,} pixels ({error})",
+            where=str(path),
+            remedy="cut it into parts or use a coarser resolution",
+        ) from None
+    except (OSError, SyntaxError, ValueError, EOFError) as error:
+        raise InputError(
+            f"is not a whole image ({error})", where=str(path), remedy="copy the image again"
+        ) from None
+
+
+def _number(
+    settings: dict[str, Any], key: str, path: Path, default: float | None = None
+) -> float:
+    """A finite number from the yaml."""
+    value = settings.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(
+            f"{key} must be a number, got {value!r}", where=str(path), remedy=f"set {key}"
+        )
+    return float(value)
+
+
+def _file_named(settings: dict[str, Any], key: str, path: Path) -> Path:
+    """The file that the yaml names, relative to the yaml's folder."""
+    value = settings.get(key)
+    if not isinstance(value, str) or not value:
+        raise InputError(
+            f"{key} must name a file, got {value!r}",
+            where=str(path),
+            remedy=f"set {key} to a file beside the yaml",
+        )
+    return path.parent / value
