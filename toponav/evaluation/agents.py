@@ -1,5 +1,6 @@
 """The registry of agents, and the two that use the truth on purpose: GTL and the expert."""
 
+import dataclasses
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -146,11 +147,17 @@ class ExpertAgent:
         """The planner's command at the true pose; the image is not looked at."""
         assert self._plan is not None, "reset the agent first"
         assert self._truth is not None, "show the agent the truth first"
-        if not self._is_placed:
-            self._planner.reset(self._plan, self._truth.pose)
-            self._is_placed = True
-        self._belief = Belief(self._truth.node, self._truth.edge, self._truth.behavior)
-        return self._planner.act(self._truth.pose, self._truth.velocity)
+        truth = self._truth
+        self._belief = Belief(truth.node, truth.edge, truth.behavior)
+        try:
+            if not self._is_placed:
+                self._planner.reset(self._plan, truth.pose)
+                self._is_placed = True
+            return self._planner.act(truth.pose, truth.velocity)
+        except InputError as error:
+            # No way to the goal from here: that is a failed episode, not a failed evaluation.
+            self._belief = dataclasses.replace(self._belief, stopped_because=error.rule)
+            return Velocity(0.0, 0.0)
 
     def belief(self) -> Belief:
         """The truth."""

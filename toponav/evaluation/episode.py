@@ -1,5 +1,7 @@
 """One agent driving one plan: simulator, agent and judge in step."""
 
+import itertools
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -123,6 +125,7 @@ class EpisodeRecord:
         index: Number of the episode in its suite.
         plan: The plan that the agent was given.
         behaviors: Behaviour of each edge of the plan.
+        transitions: Semantic transition of each edge of the plan, such as `office->hallway`.
         strict: Verdict by the paper's rule.
         tolerant: Verdict by the softer rule.
         timeout_s: When the run would have timed out.
@@ -134,11 +137,20 @@ class EpisodeRecord:
     index: int
     plan: Plan
     behaviors: tuple[Behavior, ...]
+    transitions: tuple[str, ...]
     strict: Verdict
     tolerant: Verdict
     timeout_s: float
     wall_s: float
     steps: tuple[Step, ...]
+
+    @property
+    def driven_m(self) -> float:
+        """Distance driven, in metres."""
+        return sum(
+            math.hypot(after.x_m - before.x_m, after.y_m - before.y_m)
+            for before, after in itertools.pairwise(self.steps)
+        )
 
 
 @dataclass(frozen=True)
@@ -160,6 +172,7 @@ def run_episode(
     *,
     name: str = "agent",
     index: int = 0,
+    transitions: tuple[str, ...] = (),
     on_step: Callable[[StepView], None] | None = None,
 ) -> EpisodeRecord:
     """The record of one run, from the start pose to the tolerant verdict.
@@ -175,6 +188,7 @@ def run_episode(
         judge: A fresh judge for the same plan and start.
         name: The agent's name in the record.
         index: The episode's number in the record.
+        transitions: Semantic transition of each plan edge, for the record.
         on_step: Called after each decision, with what the agent saw and believed.
 
     Returns:
@@ -204,6 +218,7 @@ def run_episode(
         index=index,
         plan=task.plan,
         behaviors=tuple(task.map.edge(edge).behavior for edge in task.plan.edges),
+        transitions=transitions,
         strict=judge.strict,
         tolerant=judge.tolerant,
         timeout_s=judge.timeout_s,

@@ -1,0 +1,80 @@
+"""What an evaluation was made with: source version, library versions, hashes of its inputs."""
+
+import hashlib
+import importlib.metadata
+import platform
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import toponav
+from toponav.core.errors import InputError
+
+__all__ = ["hash_of_file", "hash_of_weights", "library_versions", "source_commit"]
+
+_PACKAGE = Path(toponav.__file__).parent
+_LIBRARIES = ("torch", "torch-geometric", "numpy", "numba", "mujoco", "embreex", "networkx")
+
+
+@cache
+def source_commit() -> str | None:
+    """The commit of the source tree, `+changes` if files differ from it, None when installed."""
+    here = str(_PACKAGE)
+    try:
+        _git("-C", here, "ls-files", "--error-unmatch", "__init__.py")
+        commit = _git("-C", here, "rev-parse", "HEAD").strip()
+        changes = _git("-C", here, "status", "--porcelain", "--untracked-files=no", here)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return commit + ("+changes" if changes.strip() else "")
+
+
+def _git(*arguments: str) -> str:
+    return subprocess.run(
+        ["git", *arguments], check=True, capture_output=True, text=True, timeout=10
+    ).stdout
+
+
+def library_versions() -> dict[str, str]:
+    """Versions of Python, of this package and of the libraries that numbers depend on."""
+    versions = {
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "toponav": toponav.__version__,
+    }
+    for library in _LIBRARIES:
+        try:
+            versions[library] = importlib.metadata.version(library)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return versions
+
+
+def hash_of_file(path: Path) -> str:
+    """SHA-256 of a file's bytes."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise InputError(
+            f"cannot be read: {error.strerror or error}",
+            where=str(path),
+            remedy="check the path and its permissions",
+        ) from None
+
+
+def hash_of_weights(weights: str | None) -> str:
+    """SHA-256 over the weight files: a folder's, a file's, or those that ship (None, a preset).
+
+    Raises:
+        InputError: If a file cannot be read.
+    """
+    named = Path(weights) if weights is not None else None
+    if named is not None and named.is_file():
+        return hash_of_file(named)
+    folder = named if named is not None and named.is_dir() else _PACKAGE / "weights"
+    digest = hashlib.sha256(b"" if folder is named else str(weights).encode())
+    for path in sorted(folder.rglob("*")):
+        if path.suffix in {".safetensors", ".json"} and path.is_file():
+            digest.update(path.relative_to(folder).as_posix().encode())
+            digest.update(bytes.fromhex(hash_of_file(path)))
+    return digest.hexdigest()

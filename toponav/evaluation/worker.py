@@ -1,0 +1,143 @@
+"""Runs single episodes of a suite; what it returns depends on the episode alone."""
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import Any
+
+from toponav.core.camera import PinholeCamera
+from toponav.core.episode import Agent, VelocityLimits
+from toponav.evaluation.agents import AGENTS, AgentContext, make_agent
+from toponav.evaluation.episode import EpisodeRecord, ReseedableAgent, StepView, run_episode
+from toponav.evaluation.protocol import EpisodeJudge, JudgeRules
+from toponav.evaluation.provenance import hash_of_weights
+from toponav.evaluation.suite import Suite, seed_of
+from toponav.evaluation.transitions import plan_transitions
+from toponav.maps.task import NavigationTask
+from toponav.sim.oracle import TruthLocalizer
+from toponav.sim.simulation import Simulation
+
+__all__ = ["EpisodeWorker", "RunSettings"]
+
+_RECORD_VERSION = 1
+"""Raised whenever a change makes stored episodes differ from what would be recorded now."""
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """Everything besides suite and agent that an episode depends on."""
+
+    weights: str | None = None
+    """Weights of the learned agents: a folder or a preset; None is what ships."""
+    camera: PinholeCamera = field(default_factory=PinholeCamera)
+    """The robot's depth camera."""
+    limits: VelocityLimits = field(default_factory=VelocityLimits)
+    """What the robot can do."""
+    rules: JudgeRules = field(default_factory=JudgeRules)
+    """What ends an episode."""
+    seed: int = 0
+    """Seed of the agents' random numbers."""
+
+
+class EpisodeWorker:
+    """Keeps a building, a simulator and agents, and runs the episodes that it is asked for.
+
+    Every agent starts each episode afresh, with a seed made from (seed, agent, episode), so
+    that it does not matter which worker runs what, nor in which order.
+
+    Args:
+        suite: The episodes.
+        settings: What they depend on besides.
+    """
+
+    def __init__(self, suite: Suite, settings: RunSettings) -> None:
+        self.suite = suite
+        self.settings = settings
+        self._agents: dict[str, Agent[NavigationTask]] = {}
+        self._keys_of_weights: dict[str, str] = {}
+
+    @cached_property
+    def localizer(self) -> TruthLocalizer:
+        """Says which node a pose belongs to."""
+        return TruthLocalizer(self.suite.map, self.suite.scene)
+
+    @cached_property
+    def simulation(self) -> Simulation:
+        """The robot in the building."""
+        return Simulation(self.suite.scene, self.settings.camera, self.settings.limits)
+
+    def key(self, agent: str, index: int) -> str:
+        """A hash of everything that the episode's record depends on, code apart."""
+        task = self.suite.task(index)
+        description: dict[str, Any] = {
+            "record": _RECORD_VERSION,
+            "agent": agent,
+            "weights": self._weights_key(agent),
+            "scene": self.suite.scene.content_hash,
+            "map": self.suite.map_hash,
+            "plan": [task.plan.nodes, task.plan.edges],
+            "start": tuple(task.start),
+            "camera": asdict(self.settings.camera),
+            "limits": asdict(self.settings.limits),
+            "rules": asdict(self.settings.rules),
+            "seed": self._seed(agent, index),
+        }
+        return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
+
+    def run(
+        self, agent: str, index: int, on_step: Callable[[StepView], None] | None = None
+    ) -> EpisodeRecord:
+        """The record of one episode.
+
+        Args:
+            agent: Name in the registry.
+            index: Number of the episode in the suite.
+            on_step: Called after each decision.
+        """
+        suite, task = self.suite, self.suite.task(index)
+        judge = EpisodeJudge(suite.map, task.plan, self.localizer, task.start, self.settings.rules)
+        return run_episode(
+            self.simulation,
+            self._agent(agent, index),
+            NavigationTask(suite.map, task.plan),
+            task.start,
+            judge,
+            name=agent,
+            index=index,
+            transitions=plan_transitions(suite.map, task.plan, self._room_kinds),
+            on_step=on_step,
+        )
+
+    @cached_property
+    def _room_kinds(self) -> dict[str, Any]:
+        return {room.name: room.kind for room in self.suite.scene.rooms}
+
+    def _agent(self, name: str, index: int) -> Agent[NavigationTask]:
+        """The agent with its random numbers started afresh."""
+        seed = self._seed(name, index)
+        kept = self._agents.get(name)
+        if isinstance(kept, ReseedableAgent):
+            kept.reseed(seed)
+            return kept
+        context = AgentContext(
+            self.suite.scene,
+            self.suite.map,
+            self.settings.camera,
+            self.settings.limits,
+            self.settings.weights,
+            seed,
+        )
+        self._agents[name] = make_agent(name, context)
+        return self._agents[name]
+
+    def _seed(self, agent: str, index: int) -> int:
+        return seed_of("episode", self.settings.seed, agent, index)
+
+    def _weights_key(self, agent: str) -> str:
+        if agent in AGENTS and not AGENTS[agent].is_learned:
+            return ""
+        if agent not in self._keys_of_weights:
+            self._keys_of_weights[agent] = hash_of_weights(self.settings.weights)
+        return self._keys_of_weights[agent]
