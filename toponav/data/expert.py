@@ -1,7 +1,6 @@
 """A driver with the floor plan and the true pose: the teacher, and the ceiling of the protocol."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 

@@ -135,12 +135,14 @@ class GlobalPlanner:
         xy = np.stack([self._x[reachable], self._y[reachable]], axis=1)
         cell_rows = (xy[:, 1] / self.resolution_m).astype(int)
         cell_cols = (xy[:, 0] / self.resolution_m).astype(int)
-        room = self.scene.room_index[cell_rows, cell_cols].astype(np.int32)
-        room[~enclosed[room]] = -1
+        room = self.scene.room_index[cell_rows, cell_cols]
+        room = np.where(room < 0, kernels.NOWHERE, np.where(enclosed[room], room, -1))
         table = np.empty((len(xy), kernels.BINS), dtype=np.int16)
         node_xy = np.array([(node.x_m, node.y_m) for node in nodes]) - self._origin
         sizes = np.array([node.size for node in nodes], dtype=float)
-        kernels.truth_by_heading(xy, room, node_xy, sizes, node_room, aligned, room_node, table)
+        kernels.truth_by_heading(
+            xy, room.astype(np.int32), node_xy, sizes, node_room, aligned, room_node, table
+        )
         return row_of, table
 
     def cost_to_go(self, plan: Plan, reach_m: float = 2.0) -> CostToGo:

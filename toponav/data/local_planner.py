@@ -61,6 +61,6 @@ class PathFollower:
         linear, angular, self._index, _ = kernels.follow(
             self.points, self._speed, self._index, pose.x_m, pose.y_m, pose.yaw_rad,
             velocity.linear_m_s, velocity.angular_rad_s, self._clearance_m, self._resolution_m,
-            self._limits, _LAG_S, _REACH_M, 2.0, math.radians(60.0), 0.19,
+            self._limits, _LAG_S, _REACH_M, 2.0, math.radians(50.0), 0.19,
         )  # fmt: skip
         return Velocity(linear, angular)

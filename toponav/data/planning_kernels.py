@@ -1,4 +1,4 @@
-"""Kernels of the expert's global planner: truth by heading, cost to go over (x, y, heading), paths.
+"""Kernels of the global planner: truth by heading, cost to go over (x, y, heading), paths.
 
 Positions are metres from the grid's lower-left corner, so that no kernel needs an origin.
 The planning lattice has `HEADINGS` headings; truth is tabulated at three bins a heading.
@@ -12,6 +12,7 @@ from numba import njit
 __all__ = [
     "BINS",
     "HEADINGS",
+    "NOWHERE",
     "cost_to_go",
     "descend",
     "distance_to_segments",
@@ -24,6 +25,7 @@ __all__ = [
 
 HEADINGS = 16
 BINS = 48
+NOWHERE = -2
 _FAR = 1 << 30
 # Lattice moves of the sixteen headings, in cells (columns, rows).
 _DX = np.array([1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1, 0, 1, 1, 2])
@@ -36,7 +38,7 @@ def truth_by_heading(
 ):
     """Fills `out[cell, bin]` with the protocol's true node, -1 where there is none.
 
-    `cell_room` is -1 outside enclosed rooms; `room_node` is the node a robot inside an enclosed
+    `cell_room` is -1 outside enclosed rooms and `NOWHERE` where no room is named; `room_node` is the node a robot inside an enclosed
     room falls back to when no node of that room is aligned with it.
     """
     nodes = node_xy.shape[0]
@@ -45,6 +47,8 @@ def truth_by_heading(
         room = cell_room[cell]
         best[:] = math.inf
         out[cell, :] = -1 if room < 0 else room_node[room]
+        if room == NOWHERE:
+            continue
         worst = math.inf
         for node in range(nodes):
             if room >= 0 and node_room[node] != room:
@@ -265,7 +269,7 @@ def resample(points, step_m):
             points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
         )
     total = along[-1]
-    pieces = max(1, int(round(total / step_m)))
+    pieces = max(1, round(total / step_m))
     out = np.empty((pieces + 1, 2))
     j = 0
     for i in range(pieces + 1):

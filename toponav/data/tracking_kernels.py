@@ -126,7 +126,7 @@ def follow(
         target += 1
     own = sample_bilinear(clearance, resolution_m, x_then, y_then)
     floor = min(own, hard_m + 0.02) - 0.01
-    while target > here + 1:
+    while target > here + 3:
         tx, ty = points[target]
         if _chord_clearance(clearance, resolution_m, x_then, y_then, tx, ty) >= floor:
             break
@@ -144,11 +144,38 @@ def follow(
     # Slow down until the command can be braked before anything is nearer than allowed.
     now = sample_bilinear(clearance, resolution_m, x, y)
     allowed = min(hard_m, now - 0.003)
-    for attempt in range(6):
-        share = 1.0 - 0.2 * attempt
-        if (
-            _stop_clearance(clearance, resolution_m, x, y, yaw, v, w, share * to_v, to_w, limits)
-            >= allowed
-        ):
+    for attempt in range(3):
+        share = 1.0 - 0.25 * attempt
+        least = _stop_clearance(
+            clearance, resolution_m, x, y, yaw, v, w, share * to_v, to_w, limits
+        )
+        if least >= allowed:
             return share * to_v, to_w, index, away
-    return 0.0, to_w, index, away
+    to_v, to_w = _escape(clearance, resolution_m, x, y, yaw, v, w, tx, ty, limits, allowed)
+    return to_v, to_w, index, away
+
+
+@njit(cache=True)
+def _escape(clearance, resolution_m, x, y, yaw, v, w, tx, ty, limits, allowed):
+    """The safe command that ends best towards a point: nearer, facing it, rather forwards."""
+    best = math.inf
+    to_v, to_w = 0.0, 0.0
+    for i in range(6):
+        linear = -0.1 + 0.08 * i
+        for j in range(-6, 7):
+            angular = 0.2 * j
+            least = _stop_clearance(
+                clearance, resolution_m, x, y, yaw, v, w, linear, angular, limits
+            )
+            if least < allowed:
+                continue
+            turn = yaw + angular * 0.5
+            ex = x + linear * 0.8 * math.cos(turn)
+            ey = y + linear * 0.8 * math.sin(turn)
+            ahead = _wrap(math.atan2(ty - ey, tx - ex) - yaw - angular)
+            cost = math.hypot(tx - ex, ty - ey) + 0.3 * abs(ahead)
+            if linear < 0:
+                cost += 0.15
+            if cost < best:
+                best, to_v, to_w = cost, linear, angular
+    return to_v, to_w
