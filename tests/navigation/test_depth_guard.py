@@ -16,7 +16,8 @@ def test_a_good_frame_has_no_fault() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "said"), [(np.nan, "1 depth values are NaN"), (np.inf, "1 infinite"), (-1, "negative")]
+    ("value", "said"),
+    [(np.nan, "1 depth values are NaN"), (np.inf, "1 infinite"), (-1, "negative")],
 )
 def test_a_single_bad_value_is_named(value: float, said: str) -> None:
     depth = frame()

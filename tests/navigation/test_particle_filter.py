@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from toponav.core.vocabulary import Behavior, NodeKind
-from toponav.maps.spec import Edge, Node, TopologicalMap
+from toponav.maps.spec import Edge, MapFrame, Node, TopologicalMap
 from toponav.navigation.graphnav.particle_filter import NodeParticleFilter, ParticleFilterConfig
 
 
@@ -12,7 +12,7 @@ def chain(length: int) -> TopologicalMap:
         Edge(f"e{i}", f"n{i}", f"n{i + 1}", Behavior.CORRIDOR_FOLLOW, 0.0, 1.0)
         for i in range(length - 1)
     )
-    return TopologicalMap("chain", "map", nodes, edges)
+    return TopologicalMap("chain", MapFrame(), nodes, edges)
 
 
 def filter_on(map_: TopologicalMap, seed: int = 0, **config: float) -> NodeParticleFilter:
