@@ -60,8 +60,8 @@ class EpisodeWorker:
 
     @cached_property
     def localizer(self) -> TruthLocalizer:
-        """Says which node a pose belongs to."""
-        return TruthLocalizer(self.suite.map, self.suite.scene)
+        """Says which node a pose belongs to; as the authors judge it, any heading in a room."""
+        return TruthLocalizer(self.suite.map, self.suite.scene, any_heading_in_rooms=True)
 
     @cached_property
     def simulation(self) -> Simulation:

@@ -1,0 +1,132 @@
+"""`toponav eval graphnav`: drive plans, judge them, write a folder of results."""
+
+import json as json_module
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+__all__ = ["eval_graphnav", "register"]
+
+
+def register() -> dict[tuple[str, ...], Callable[..., Any]]:
+    """The commands of this module."""
+    return {("eval", "graphnav"): eval_graphnav}
+
+
+def eval_graphnav(
+    *,
+    agent: Annotated[tuple[str, ...], tyro.conf.UseAppendAction],
+    out: Path,
+    area: Path | None = None,
+    plans: Path | None = None,
+    scene: Path | None = None,
+    map: Path | None = None,
+    episodes: int | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    weights: str | None = None,
+    collisions: Literal["fail", "stuck"] = "fail",
+    no_expert: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
+    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
+) -> int:
+    """Evaluate agents on the GraphNav protocol, strict and tolerant from the same runs.
+
+    Examples:
+        toponav eval graphnav --area area_3.yaml --plans area_3_plans.json
+        --agent graphnav_pf --agent gtl --workers 2 --out runs/area_3
+
+        toponav eval graphnav --scene office --map office.topo.json --episodes 20
+        --agent graphnav_pf --out runs/office
+
+    Writes run.json, results.json, episodes.parquet and steps.parquet. Interrupt it whenever
+    you like: the same command resumes, and the results are the same.
+
+    Args:
+        agent: Agent to evaluate: graphnav, graphnav_pf, gtl, expert, or your own as
+            module:factory. Repeat for more. The expert is always run beside the others.
+        out: Folder of results.
+        area: A Stanford area in the GraphNav authors' format (yaml).
+        plans: Published start/goal pairs of that area (json).
+        scene: Folder of a scene, instead of an area.
+        map: Topological map of that scene.
+        episodes: How many: the first pairs, or sampled plans. All pairs, or 20, if left out.
+        seed: Seed of sampled plans and of the agents.
+        workers: Processes. Results do not depend on it.
+        weights: Folder of other weights, or a preset. What ships, if left out.
+        collisions: `fail`: any contact fails. `stuck`: the reference code's softer rule.
+        no_expert: Leave out the expert, and with it the success on what it passes.
+        json: Print results.json instead of a table.
+    """
+    from toponav.evaluation.protocol import JudgeRules
+    from toponav.evaluation.runner import EvaluationConfig
+    from toponav.evaluation.suite import SuiteSource
+    from toponav.evaluation.worker import RunSettings
+
+    agents = tuple(dict.fromkeys((*agent, *(() if no_expert else ("expert",)))))
+    config = EvaluationConfig(
+        source=SuiteSource(area, plans, scene, map, episodes, seed),
+        agents=agents,
+        out=out,
+        settings=RunSettings(weights=weights, rules=JudgeRules(collisions=collisions), seed=seed),
+        workers=workers,
+    )
+    evaluation = _evaluate_with_progress(config)
+    if json:
+        print(json_module.dumps(evaluation.results))
+    else:
+        _print_summary(evaluation)
+    return 0
+
+
+def _evaluate_with_progress(config: Any) -> Any:
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    from toponav.evaluation.runner import evaluate
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        line = bar.add_task("episodes", total=None)
+        return evaluate(config, lambda done, total: bar.update(line, completed=done, total=total))
+
+
+def _print_summary(evaluation: Any) -> None:
+    from rich.console import Console
+
+    from toponav.evaluation.tables import summary_table
+
+    console = Console()
+    if evaluation.resumed:
+        console.print(f"{evaluation.resumed} episodes were finished before")
+    if len(evaluation.commits) > 1:
+        commits = ", ".join(str(commit)[:12] for commit in evaluation.commits)
+        console.print(f"[yellow]the episodes come from several source versions: {commits}[/]")
+    _print_left_out(console, evaluation.suite.left_out)
+    console.print(summary_table(evaluation.results, title=evaluation.suite.name))
+    console.print(f"results in {evaluation.out}", highlight=False, soft_wrap=True)
+
+
+def _print_left_out(console: Any, left_out: Sequence[Any]) -> None:
+    if not left_out:
+        return
+    console.print(f"{len(left_out)} pairs have no plan in the map and are left out:")
+    for pair in left_out:
+        console.print(
+            f"  {pair.index:3d}  {pair.start_room} -> {pair.end_room}: {pair.reason}",
+            highlight=False,
+        )
