@@ -14,8 +14,6 @@ __all__ = ["BuildingModel", "build_model"]
 
 _HEIGHT_BAND_M = 0.05
 _BOUNDARY_M = 0.5
-# Bits of MuJoCo's collision filter: wheels and casters meet the floor, the body meets boxes.
-_FLOOR_BIT, _BUILDING_BIT = 1, 2
 
 
 @dataclass(frozen=True)
@@ -115,8 +113,6 @@ def _add_box(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=[middle[0], middle[1], height_m / 2],
         size=[half[0], half[1], height_m / 2],
-        contype=_BUILDING_BIT,
-        conaffinity=0,
     )
 
 
@@ -136,16 +132,26 @@ def _robot_xml(robot: DifferentialRobot, timestep_s: float) -> str:
                     diaginertia="{wheel_across} {wheel_around} {wheel_across}"/>
           <joint name="{side}" type="hinge" axis="0 1 0"/>
           <geom name="{side}_wheel" type="ellipsoid" size="{r} {robot.wheel_width_m / 2} {r}"
-                condim="4" friction="1 0.001 0.0001" contype="{_FLOOR_BIT}" conaffinity="0"/>
+                contype="0" conaffinity="0"/>
         </body>"""
         for side, sign in (("left", 1), ("right", -1))
     )
     casters = "".join(
         f"""
-        <geom name="{end}_caster" type="sphere" size="{robot.caster_radius_m}" condim="1"
+        <geom name="{end}_caster" type="sphere" size="{robot.caster_radius_m}"
               pos="{sign * robot.caster_offset_m} 0 {robot.caster_radius_m - r}"
-              contype="{_FLOOR_BIT}" conaffinity="0"/>"""
+              contype="0" conaffinity="0"/>"""
         for end, sign in (("front", 1), ("rear", -1))
+    )
+    # Named pairs, so that only the body is looked for among the building's boxes.
+    floor_contacts = "".join(
+        f'<pair geom1="floor" geom2="{geom}" {kind}/>'
+        for geom, kind in (
+            ("left_wheel", 'condim="4" friction="1 1 0.001 0.0001 0.0001"'),
+            ("right_wheel", 'condim="4" friction="1 1 0.001 0.0001 0.0001"'),
+            ("front_caster", 'condim="1"'),
+            ("rear_caster", 'condim="1"'),
+        )
     )
     motors = "".join(
         f'<velocity name="{side}" joint="{side}" kv="0.5" forcerange="-3 3"/>'
@@ -154,21 +160,21 @@ def _robot_xml(robot: DifferentialRobot, timestep_s: float) -> str:
     return f"""
     <mujoco model="robot in a building">
       <option timestep="{timestep_s}" integrator="implicitfast" cone="pyramidal">
-        <flag autoreset="disable"/>
+        <flag autoreset="disable" sleep="enable"/>
       </option>
       <worldbody>
-        <geom name="floor" type="plane" size="0 0 1" condim="1" contype="0"
-              conaffinity="{_FLOOR_BIT}"/>
+        <geom name="floor" type="plane" size="0 0 1" contype="0" conaffinity="0"/>
         <body name="base" pos="0 0 {r}">
           <freejoint/>
           <inertial pos="0 0 {r}" mass="{body_mass}" diaginertia="{across} {across} {around}"/>
           <geom name="body" type="cylinder" size="{robot.radius_m} {half_body}"
                 pos="0 0 {robot.clearance_m + half_body - r}" condim="3"
-                friction="0.3 0.001 0.0001" contype="0" conaffinity="{_BUILDING_BIT}"/>
+                friction="0.3 0.001 0.0001"/>
           {casters}
           {wheels}
         </body>
       </worldbody>
+      <contact>{floor_contacts}</contact>
       <actuator>{motors}</actuator>
       <sensor><contact name="touch" geom1="body" data="found" num="1"/></sensor>
     </mujoco>"""
