@@ -1,8 +1,7 @@
 """A driver with the floor plan and the true pose: the teacher, and the ceiling of the protocol."""
 
-import math
-
 import numpy as np
+from jaxtyping import Float
 
 from toponav.core.episode import Velocity, VelocityLimits
 from toponav.core.errors import InputError
@@ -11,9 +10,13 @@ from toponav.data.global_planner import CostToGo, GlobalPlanner, PlannerCosts
 from toponav.data.local_planner import PathFollower
 from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap
+from toponav.sim.oracle import TruthLocalizer
 from toponav.worlds.scene import Scene
 
 __all__ = ["Expert"]
+
+_REACHES_M = (2.0, 6.0, 1000.0)
+_REHEARSALS = 4
 
 
 class Expert:
@@ -47,46 +50,82 @@ class Expert:
         self.follower = PathFollower(
             self.planner.clearance_m, self.planner.resolution_m, limits or VelocityLimits()
         )
-        self._origin = (float(scene.grid.origin_m[0]), float(scene.grid.origin_m[1]))
+        self._truth = TruthLocalizer(topological_map, scene)
+        self._origin = np.array(scene.grid.origin_m, dtype=float)
         self._field: CostToGo | None = None
         self._plan: Plan | None = None
 
     def reset(self, plan: Plan, pose: Pose2) -> None:
-        """Plan the way of `plan` from `pose`.
+        """Plan the way of `plan` from `pose`, and rehearse it.
+
+        Where the rehearsal strays off the plan, the way there is made dearer and planned again;
+        the way that strays least is taken.
 
         Raises:
             InputError: When no way leads to the goal.
         """
-        self._plan = plan
-        self._field = None
-        self._replan(pose)
+        self._plan, self._field = plan, None
+        fewest = None
+        for attempt in range(_REHEARSALS + 1):
+            self._plan_path(pose)
+            assert self._field is not None
+            strayed = self._strayed(plan, pose)
+            if fewest is None or len(strayed) < fewest:
+                fewest, kept, kept_field = len(strayed), self.follower.path, self._field
+            if len(strayed) == 0 or attempt == _REHEARSALS:
+                break
+            self._field = self.planner.avoiding(self._field, strayed, 1.0)
+        self.follower.path, self._field = kept, kept_field
 
     @property
-    def path_m(self) -> np.ndarray:
-        """The path that it follows, [points, 2] in the map's frame."""
-        return np.asarray(self.follower.points + np.array(self._origin))
+    def path_m(self) -> Float[np.ndarray, "points 2"]:
+        """The path that it follows, in the map's frame."""
+        return self.follower.points_m + self._origin
 
     def act(self, pose: Pose2, velocity: Velocity) -> Velocity:
-        """The command at this pose and measured velocity."""
+        """The command at this pose and measured velocity.
+
+        Raises:
+            InputError: When no way leads from the pose to the goal.
+        """
         assert self._plan is not None, "reset comes first"
-        local = Pose2(pose.x_m - self._origin[0], pose.y_m - self._origin[1], pose.yaw_rad)
+        local = self._local(pose)
         if self.follower.is_lost(local):
-            self._replan(pose)
+            self._plan_path(pose)
         return self.follower.follow(local, velocity)
 
-    def _replan(self, pose: Pose2) -> None:
+    def _local(self, pose: Pose2) -> Pose2:
+        """The pose relative to the corner of the scene's grid."""
+        x_m, y_m = self._origin
+        return Pose2(pose.x_m - x_m, pose.y_m - y_m, pose.yaw_rad)
+
+    def _plan_path(self, pose: Pose2) -> None:
+        """A path from the pose, looking farther from the plan's edges until there is one."""
         assert self._plan is not None
-        for reach_m in (2.0, 6.0, math.inf):
-            if self._field is not None and self._field.reach_m > reach_m:
-                continue
+        for reach_m in _REACHES_M:
             if self._field is None or self._field.reach_m < reach_m:
-                self._field = self.planner.cost_to_go(self._plan, min(reach_m, 1e3))
-            path = self.planner.path(self._field, pose)
-            if path is not None:
-                self.follower.set_path(path)
+                if self._field is not None and reach_m == _REACHES_M[0]:
+                    continue
+                self._field = self.planner.cost_to_go(self._plan, reach_m)
+            found = self.planner.path(self._field, pose)
+            if found is not None:
+                self.follower.set_path(*found)
                 return
         raise InputError(
             f"no way for the robot from ({pose.x_m:.2f}, {pose.y_m:.2f}) m to the goal",
             where=f"plan {self._plan.nodes[0]} -> {self._plan.nodes[-1]}",
             remedy="start on free floor that is connected with the goal",
         )
+
+    def _strayed(self, plan: Plan, pose: Pose2) -> Float[np.ndarray, "poses 3"]:
+        """Where a rehearsal of the path is off the plan; relative to the grid's corner."""
+        poses = self.follower.rehearse(self._local(pose))
+        x_m, y_m = poses[:, 0] + self._origin[0], poses[:, 1] + self._origin[1]
+        nodes = self._truth.nodes_at(x_m, y_m, poses[:, 2])
+        index = self.planner.map.node_index
+        arrived = np.flatnonzero(nodes == index[plan.nodes[-1]])
+        end = int(arrived[0]) if len(arrived) else len(nodes)
+        on_plan = np.zeros(len(index) + 1, dtype=bool)
+        on_plan[[index[node] for node in plan.nodes]] = True
+        on_plan[-1] = True  # no node at all is no deviation
+        return poses[:end][~on_plan[nodes[:end]]]

@@ -14,7 +14,6 @@ from scipy import ndimage
 
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
-from toponav.core.vocabulary import NodeKind
 from toponav.data import planning_kernels as kernels
 from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap
@@ -64,6 +63,7 @@ class CostToGo:
         value: Least cost, in integer units; huge where there is no way.
         cell_id: Row of `cells` per cell of the planning grid, -1 where it does not reach.
         cells: (row, col) of each cell.
+        goal: Which (cell, heading) are the goal.
         weight: Cost of driving through each cell.
         off_plan: How far off the plan each (cell, heading) is, 0 to 1.
         reach_m: How far from the plan's edges it covers.
@@ -72,6 +72,7 @@ class CostToGo:
     value: Int32[np.ndarray, " states"]
     cell_id: Int32[np.ndarray, "rows cols"]
     cells: Int32[np.ndarray, "cells 2"]
+    goal: Bool[np.ndarray, "cells headings"]
     weight: Float[np.ndarray, " cells"]
     off_plan: Float[np.ndarray, "cells headings"]
     reach_m: float
@@ -119,10 +120,6 @@ class GlobalPlanner:
         rooms = {room.name: i for i, room in enumerate(self.scene.rooms)}
         enclosed = np.array([room.kind.is_enclosed for room in self.scene.rooms] + [False])
         node_room = np.array([rooms.get(node.room or "", -1) for node in nodes], dtype=np.int32)
-        room_node = np.full(len(self.scene.rooms) + 1, -1, dtype=np.int32)
-        for i, node in enumerate(nodes):
-            if node.kind == NodeKind.ROOM and node_room[i] >= 0:
-                room_node[node_room[i]] = i
         bins = np.arange(kernels.BINS) * (2 * math.pi / kernels.BINS)
         aligned = np.zeros((len(nodes), kernels.BINS), dtype=bool)
         for edge in self.map.edges:
@@ -136,12 +133,13 @@ class GlobalPlanner:
         cell_rows = (xy[:, 1] / self.resolution_m).astype(int)
         cell_cols = (xy[:, 0] / self.resolution_m).astype(int)
         room = self.scene.room_index[cell_rows, cell_cols]
-        room = np.where(room < 0, kernels.NOWHERE, np.where(enclosed[room], room, -1))
+        nowhere = kernels.NOWHERE if self.scene.rooms else -1
+        room = np.where(room < 0, nowhere, np.where(enclosed[room], room, -1))
         table = np.empty((len(xy), kernels.BINS), dtype=np.int16)
         node_xy = np.array([(node.x_m, node.y_m) for node in nodes]) - self._origin
         sizes = np.array([node.size for node in nodes], dtype=float)
         kernels.truth_by_heading(
-            xy, room.astype(np.int32), node_xy, sizes, node_room, aligned, room_node, table
+            xy, room.astype(np.int32), node_xy, sizes, node_room, aligned, table
         )
         return row_of, table
 
@@ -159,16 +157,39 @@ class GlobalPlanner:
         weight = self._weights(self._clear[usable], away[usable])
         off = kernels.off_plan_fraction(table, row_of[usable], on_plan)
         goal = self._goal_states(plan, cells, table, row_of)
+        return self._solved(cell_id, cells, goal, weight, off, reach_m)
+
+    def avoiding(
+        self, field: CostToGo, poses: Float[np.ndarray, "poses 3"], extra: float
+    ) -> CostToGo:
+        """The cost to go where passing near these poses (x, y, yaw) is dearer by `extra`."""
+        off = field.off_plan.copy()
+        kernels.raise_near(off, field.cell_id, poses, _CELL_M, 0.2, extra)
+        return self._solved(
+            field.cell_id, field.cells, field.goal, field.weight, off, field.reach_m
+        )
+
+    def _solved(
+        self,
+        cell_id: np.ndarray,
+        cells: np.ndarray,
+        goal: np.ndarray,
+        weight: np.ndarray,
+        off: np.ndarray,
+        reach_m: float,
+    ) -> CostToGo:
         value = kernels.cost_to_go(
             cell_id, cells, weight, off, goal, self.costs.off_plan_cost, self.costs.turn_cost,
             self.costs.pivot_cost, _UNITS_PER_CELL,
         )  # fmt: skip
-        return CostToGo(value, cell_id, cells, weight, off, reach_m)
+        return CostToGo(value, cell_id, cells, goal, weight, off, reach_m)
 
-    def path(self, field: CostToGo, pose: Pose2) -> Float[np.ndarray, "points 2"] | None:
-        """A smooth path from the pose to the goal, 5 cm a point, or None where there is none.
+    def path(
+        self, field: CostToGo, pose: Pose2
+    ) -> tuple[Float[np.ndarray, "points 2"], float] | None:
+        """A smooth path from the pose to the goal, 5 cm a point, and the heading at its end.
 
-        Positions are relative to the scene grid's origin.
+        Positions are relative to the scene grid's corner. None where there is no way.
         """
         start = self._nearest_state(field, pose)
         if start is None:
@@ -179,16 +200,20 @@ class GlobalPlanner:
         )  # fmt: skip
         if len(states) == 0:
             return None
+        final_yaw = float(states[-1] % kernels.HEADINGS) * 2 * math.pi / kernels.HEADINGS
         cells = field.cells[states // kernels.HEADINGS]
         points = (cells[:, ::-1] + 0.5) * _CELL_M
         points = points[np.r_[True, np.any(np.diff(points, axis=0) != 0, axis=1)]]
-        here = np.array([[pose.x_m, pose.y_m]]) - self._origin
-        points = np.concatenate([here, points[1:]])
-        points = kernels.resample(points, 0.1)
+        points = np.concatenate([self.local_xy(pose)[None], points[1:]])
         points = kernels.smooth(
-            points, self.clearance_m, self.resolution_m, 60, 0.45, 0.03, 0.15, 0.4, 0.2
-        )
-        return kernels.resample(points, 0.05)
+            kernels.resample(points, 0.1),
+            self.clearance_m, self.resolution_m, 60, 0.45, 0.03, 0.15, 0.4, 0.2,
+        )  # fmt: skip
+        return kernels.resample(points, 0.05), final_yaw
+
+    def local_xy(self, pose: Pose2) -> Float[np.ndarray, "2"]:
+        """The position relative to the scene grid's corner."""
+        return np.array([pose.x_m, pose.y_m]) - self._origin
 
     def _segments(self, plan: Plan) -> np.ndarray:
         """Ends of the plan's edges, (x, y, x, y) from the grid's corner."""

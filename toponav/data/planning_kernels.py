@@ -17,6 +17,7 @@ __all__ = [
     "descend",
     "distance_to_segments",
     "off_plan_fraction",
+    "raise_near",
     "resample",
     "sample_bilinear",
     "smooth",
@@ -33,20 +34,17 @@ _DY = np.array([0, 1, 1, 2, 1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1])
 
 
 @njit(cache=True)
-def truth_by_heading(
-    cell_xy, cell_room, node_xy, node_size, node_room, node_aligned, room_node, out
-):
+def truth_by_heading(cell_xy, cell_room, node_xy, node_size, node_room, node_aligned, out):
     """Fills `out[cell, bin]` with the protocol's true node, -1 where there is none.
 
-    `cell_room` is -1 outside enclosed rooms and `NOWHERE` where no room is named; `room_node` is the node a robot inside an enclosed
-    room falls back to when no node of that room is aligned with it.
+    `cell_room` is -1 outside enclosed rooms and `NOWHERE` where there is no node at all.
     """
     nodes = node_xy.shape[0]
     best = np.empty(BINS)
     for cell in range(cell_xy.shape[0]):
         room = cell_room[cell]
         best[:] = math.inf
-        out[cell, :] = -1 if room < 0 else room_node[room]
+        out[cell, :] = -1
         if room == NOWHERE:
             continue
         worst = math.inf
@@ -86,6 +84,26 @@ def off_plan_fraction(truth, cells, on_plan):
             if right >= 0 and not on_plan[right]:
                 off[i, k] += 0.25
     return off
+
+
+@njit(cache=True)
+def raise_near(off, cell_id, poses, cell_m, radius_m, extra):
+    """Adds to `off` about the poses (x, y, yaw): fully there, less to the sides and beside."""
+    rows, cols = cell_id.shape
+    reach = int(radius_m / cell_m) + 1
+    for p in range(poses.shape[0]):
+        x, y, yaw = poses[p]
+        nearest = round(yaw / (2 * math.pi / HEADINGS))
+        for row in range(int(y / cell_m) - reach, int(y / cell_m) + reach + 1):
+            for col in range(int(x / cell_m) - reach, int(x / cell_m) + reach + 1):
+                if row < 0 or row >= rows or col < 0 or col >= cols or cell_id[row, col] < 0:
+                    continue
+                away = math.hypot((col + 0.5) * cell_m - x, (row + 0.5) * cell_m - y)
+                share = max(0.0, 1.0 - away / radius_m)
+                for turn in range(-1, 2):
+                    k = (nearest + turn) % HEADINGS
+                    part = share * (1.0 if turn == 0 else 0.5)
+                    off[cell_id[row, col], k] += extra * part
 
 
 @njit(cache=True)

@@ -1,13 +1,53 @@
 """Kernels of the expert's local planner: speeds along a path, and the next velocity on it."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from toponav.data.planning_kernels import sample_bilinear
 
-__all__ = ["curvature", "follow", "nearest_on_path", "speed_profile"]
+__all__ = [
+    "FollowSettings",
+    "Ground",
+    "PathArrays",
+    "curvature",
+    "follow",
+    "nearest_on_path",
+    "rehearse",
+    "speed_profile",
+]
+
+
+class Ground(NamedTuple):
+    """Distance to the nearest obstacle per cell, from the grid's lower-left corner."""
+
+    clearance_m: np.ndarray
+    resolution_m: float
+
+
+class PathArrays(NamedTuple):
+    """Points [n, 2] every few centimetres, the speed at each, and the heading at the end."""
+
+    points: np.ndarray
+    speed: np.ndarray
+    final_yaw: float
+
+
+class FollowSettings(NamedTuple):
+    """How a path is followed."""
+
+    lag_s: float
+    """Steer from where the robot will be after this."""
+    reach_m: float
+    """How far ahead on the path it steers at."""
+    gain: float
+    """Turn rate per angle to that point."""
+    pivot_angle_rad: float
+    """From this angle on it turns on the spot."""
+    hard_m: float
+    """Clearance that no command may take from it."""
 
 
 @njit(cache=True)
@@ -101,15 +141,17 @@ def _stop_clearance(clearance, resolution_m, x, y, yaw, v, w, to_v, to_w, limits
 
 
 @njit(cache=True)
-def follow(
-    points, speed, index, x, y, yaw, v, w, clearance, resolution_m, limits, lag_s, reach_m,
-    gain_rad_s, stop_angle_rad, hard_m,
-):  # fmt: skip
+def follow(path, index, pose, velocity, ground, limits, settings):
     """The next command on the path: (linear, angular, index of the nearest point, distance).
 
-    Steers at a point `reach_m` ahead, nearer when the straight line to it is not free, slows and
-    pivots when that point is not ahead, and never commands what could not be braked in time.
+    Steers at a point ahead, nearer when the straight line to it is not free, slows and pivots
+    when that point is not ahead, and never commands what could not be braked in time.
     """
+    points, speed = path.points, path.speed
+    x, y, yaw = pose
+    v, w = velocity
+    clearance, resolution_m = ground.clearance_m, ground.resolution_m
+    lag_s, reach_m, hard_m = settings.lag_s, settings.reach_m, settings.hard_m
     count = points.shape[0]
     index, away = nearest_on_path(points, x, y, max(0, index - 10), min(count, index + 30))
     # Where the robot will be when the command takes hold.
@@ -134,10 +176,11 @@ def follow(
     tx, ty = points[target]
     distance = math.hypot(tx - x_then, ty - y_then)
     if target == count - 1 and distance < 0.1:
-        return 0.0, 0.0, index, away
+        spare = _wrap(path.final_yaw - yaw_then)
+        return 0.0, min(max(settings.gain * spare, -limits[1]), limits[1]), index, away
     error = _wrap(math.atan2(ty - y_then, tx - x_then) - yaw_then)
-    to_w = min(max(gain_rad_s * error, -limits[1]), limits[1])
-    ease = max(0.0, 1.0 - (error / stop_angle_rad) ** 2)
+    to_w = min(max(settings.gain * error, -limits[1]), limits[1])
+    ease = max(0.0, 1.0 - (error / settings.pivot_angle_rad) ** 2)
     to_v = min(limits[0], speed[here]) * ease
     if target == count - 1:
         to_v = min(to_v, distance)
@@ -179,3 +222,26 @@ def _escape(clearance, resolution_m, x, y, yaw, v, w, tx, ty, limits, allowed):
             if cost < best:
                 best, to_v, to_w = cost, linear, angular
     return to_v, to_w
+
+
+@njit(cache=True)
+def rehearse(path, pose, ground, limits, settings, most_steps, period_s):
+    """Poses [steps, 3] of a drive along the whole path, by the robot's limits alone."""
+    poses = np.empty((most_steps, 3))
+    x, y, yaw = pose
+    v, w = 0.0, 0.0
+    index = 0
+    dt = period_s / 10
+    for step in range(most_steps):
+        to_v, to_w, index, _ = follow(path, index, (x, y, yaw), (v, w), ground, limits, settings)
+        if to_v == 0.0 and abs(to_w) < 0.02 and abs(v) < 0.02 and step > 5:
+            return poses[:step].copy()
+        for _ in range(10):
+            v += min(max(to_v - v, -limits[2] * dt), limits[2] * dt)
+            w += min(max(to_w - w, -limits[3] * dt), limits[3] * dt)
+            yaw += 0.5 * w * dt
+            x += v * math.cos(yaw) * dt
+            y += v * math.sin(yaw) * dt
+            yaw += 0.5 * w * dt
+        poses[step] = x, y, yaw
+    return poses
