@@ -59,9 +59,7 @@ def plan_image(scene: Scene) -> UInt8[np.ndarray, "rows cols 3"]:
     return np.rint(image).astype(np.uint8)
 
 
-def draw_plan(
-    ax: "Axes", scene: Scene, *, names: bool = True, name_size_pt: float = 5.0
-) -> None:
+def draw_plan(ax: "Axes", scene: Scene, *, names: bool = True, name_size_pt: float = 5.0) -> None:
     """Draws the scene's plan in metres of the map frame, and frames the building.
 
     Args:

@@ -114,7 +114,9 @@ def _sides(solid: _Solid) -> list[_Quads]:
         classes = turn(solid.semantics)[1:-1]
         instances = turn(solid.instances)[1:-1]
         for faces_right in (True, False):
-            high, low = (np.s_[:, :-1], np.s_[:, 1:]) if faces_right else (np.s_[:, 1:], np.s_[:, :-1])
+            high, low = (
+                (np.s_[:, :-1], np.s_[:, 1:]) if faces_right else (np.s_[:, 1:], np.s_[:, :-1])
+            )
             exists = heights[high] > heights[low]
             keys = (heights[high], heights[low], instances[high], classes[high])
             start, end, line = _runs(exists, keys)

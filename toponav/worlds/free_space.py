@@ -95,7 +95,7 @@ class FreeSpace:
         reach = math.ceil(within_m / cell_m) + 1
         row0, col0 = max(row - reach, 0), max(col - reach, 0)
         window = self.free[row0 : max(row + reach + 1, 0), col0 : max(col + reach + 1, 0)]
-        cells = np.argwhere(window) + (row0, col0)
+        cells = np.argwhere(window) + np.array([row0, col0])
         if len(cells):
             centers = (cells[:, ::-1] + 0.5) * cell_m + np.array(self.grid.origin_m)
             distance_m = np.hypot(centers[:, 0] - x_m, centers[:, 1] - y_m)

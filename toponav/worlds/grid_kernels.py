@@ -67,10 +67,7 @@ def _full_until(left, row, col0, col1, label):
 @njit(cache=True)
 def _column_is(left, row0, row1, col, label):
     """Whether every cell of the column span has the label."""
-    for row in range(row0, row1):
-        if left[row, col] != label:
-            return False
-    return True
+    return np.all(left[row0:row1, col] == label)
 
 
 @njit(cache=True)
@@ -115,9 +112,9 @@ def distance_to_solid(solid):
         for point in range(1, lattice):
             while True:
                 other = apex[last]
-                cross = (
-                    height[point] + point * point - height[other] - other * other
-                ) / (2.0 * (point - other))
+                cross = (height[point] + point * point - height[other] - other * other) / (
+                    2.0 * (point - other)
+                )
                 if cross > bound[last]:
                     break
                 last -= 1

@@ -28,4 +28,4 @@ def outline_m(
     xy_m = (outline[:, ::-1] - 0.5 + (cols[0], rows[0])) * grid.resolution_m + grid.origin_m
     x_m, y_m = xy_m.T
     area = np.dot(x_m, np.roll(y_m, -1)) - np.dot(y_m, np.roll(x_m, -1))
-    return xy_m if area > 0 else xy_m[::-1].copy()
+    return np.round(xy_m if area > 0 else xy_m[::-1], 6)

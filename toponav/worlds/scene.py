@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 from toponav.core.errors import InputError, did_you_mean
 from toponav.core.vocabulary import RoomKind
 from toponav.worlds.grid import GridFrame, SemanticClass
+from toponav.worlds.layout import HallwayLayout
 from toponav.worlds.mesh import SceneMesh
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "SceneMesh",
     "SemanticClass",
     "scene_from_heights",
+    "scene_metadata",
 ]
 
 _MAX_CEILING_M = 100.0
@@ -107,7 +109,7 @@ class Scene:
     doors: tuple[Door, ...]
     semantics: UInt8[np.ndarray, "rows cols"]
     provenance: Provenance
-    layout: Any = None
+    layout: HallwayLayout | None = None
     imported_mesh: SceneMesh | None = None
 
     def __post_init__(self) -> None:
@@ -139,7 +141,7 @@ class Scene:
     @cached_property
     def content_hash(self) -> str:
         """SHA-256 of everything that the scene holds, equal on every machine."""
-        digest = hashlib.sha256(json.dumps(_metadata(self), sort_keys=True).encode())
+        digest = hashlib.sha256(json.dumps(scene_metadata(self), sort_keys=True).encode())
         # Adding zero turns -0.0 into 0.0: equal scenes have equal bytes.
         digest.update((self.heights_m + np.float32(0)).astype("<f4").tobytes())
         digest.update(self.room_index.astype("<i2").tobytes())
@@ -197,7 +199,7 @@ def scene_from_heights(
     doors: Sequence[Door] = (),
     semantics: np.ndarray | None = None,
     provenance: Provenance | None = None,
-    layout: Any = None,
+    layout: HallwayLayout | None = None,
 ) -> Scene:
     """An extruded scene; what is not given is derived from the heights.
 
@@ -266,7 +268,7 @@ def _check(scene: Scene) -> None:
         )
     lowest, highest = int(scene.room_index.min()), int(scene.room_index.max())
     require(
-        -1 <= lowest and highest < len(scene.rooms),
+        lowest >= -1 and highest < len(scene.rooms),
         f"room_index must lie in -1..{len(scene.rooms) - 1}, got {lowest}..{highest}",
         "number the rooms from 0 and use -1 for nowhere",
     )
@@ -283,7 +285,7 @@ def _check(scene: Scene) -> None:
         require(not double, f"{what} names must be unique, got {double} twice", "rename one")
 
 
-def _metadata(scene: Scene) -> dict[str, Any]:
+def scene_metadata(scene: Scene) -> dict[str, Any]:
     """All but the arrays, as JSON; also what `scene.json` holds."""
     return {
         "name": scene.name,

@@ -102,9 +102,7 @@ def room_index_spread(
     room_index: np.ndarray, pieces: np.ndarray, count: int, reach_cells: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """For each piece: how many rooms lie within reach, and how far the nearest room is."""
-    distance, (row, col) = ndimage.distance_transform_edt(
-        room_index < 0, return_indices=True
-    )
+    distance, (row, col) = ndimage.distance_transform_edt(room_index < 0, return_indices=True)
     nearest_room = room_index[row, col]
     far = ndimage.minimum(distance, pieces, np.arange(1, count + 1))
     # Every obstacle cell spreads a little; each (piece, room) pair found there counts once.
@@ -133,12 +131,12 @@ def _choices(
 
 def _is_door_leaf(piece: np.ndarray, resolution_m: float) -> bool:
     """Whether the piece is one thin straight stroke as long as a door is wide."""
-    cells = np.argwhere(piece) * resolution_m
-    centered = cells - cells.mean(axis=0)
-    _, spread, axes = np.linalg.svd(centered, full_matrices=False)
-    along = centered @ axes[0]
-    thickness_m = spread[-1] / math.sqrt(len(cells))
-    return bool(0.65 <= np.ptp(along) <= 1.05 and thickness_m < 0.04)
+    cells = (np.argwhere(piece) - np.argwhere(piece).mean(axis=0)) * resolution_m
+    (xx, xy), (_, yy) = cells.T @ cells / len(cells)
+    angle = 0.5 * math.atan2(2 * xy, xx - yy)
+    along = cells @ (math.cos(angle), math.sin(angle))
+    across = cells @ (-math.sin(angle), math.cos(angle))
+    return bool(0.65 <= np.ptp(along) <= 1.05 and across.std() < 0.04)
 
 
 def _raise(
@@ -150,6 +148,8 @@ def _raise(
     rng: np.random.Generator,
 ) -> None:
     """Gives a piece one of the choices, and one height in whole centimetres."""
-    kind, _, low_m, high_m = choices[rng.choice(len(choices), p=[share for _, share, _, _ in choices])]
+    kind, _, low_m, high_m = choices[
+        rng.choice(len(choices), p=[share for _, share, _, _ in choices])
+    ]
     heights_m[box][piece] = min(round(rng.uniform(low_m, high_m), 2), float(heights_m.max()))
     semantics[box][piece] = kind

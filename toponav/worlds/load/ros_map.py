@@ -147,9 +147,7 @@ def _read_shades(path: Path) -> np.ndarray:
         ) from None
 
 
-def _number(
-    settings: dict[str, Any], key: str, path: Path, default: float | None = None
-) -> float:
+def _number(settings: dict[str, Any], key: str, path: Path, default: float | None = None) -> float:
     """A finite number from the yaml."""
     value = settings.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

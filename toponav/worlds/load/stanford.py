@@ -132,9 +132,7 @@ def load_area(yaml_path: str | Path, seed: int = 0) -> Scene:
     rooms: tuple[Room, ...] = ()
     if files.mat is not None:
         rooms, room_index = _read_rooms(files.mat, plan.grid)
-    obstacles = raise_obstacles(
-        plan.occupied, room_index, plan.grid.resolution_m, ceiling_m, rng
-    )
+    obstacles = raise_obstacles(plan.occupied, room_index, plan.grid.resolution_m, ceiling_m, rng)
     return Scene(
         name=files.name,
         grid=plan.grid,
@@ -148,9 +146,7 @@ def load_area(yaml_path: str | Path, seed: int = 0) -> Scene:
     )
 
 
-def load_pairs(
-    plans_json: str | Path, area_yaml: str | Path | None = None
-) -> list[StartGoalPair]:
+def load_pairs(plans_json: str | Path, area_yaml: str | Path | None = None) -> list[StartGoalPair]:
     """The published start and goal pairs, in the map frame.
 
     Args:
@@ -219,7 +215,9 @@ def _read_rooms(
     for entry in np.atleast_1d(data.rooms).tolist():
         name, number = getattr(entry, "name", None), getattr(entry, "id", None)
         if not isinstance(name, str) or not isinstance(number, int) or number <= 0:
-            raise _broken(f"{path} rooms", f"a room has a name and an id, got {name!r}, {number!r}")
+            raise _broken(
+                f"{path} rooms", f"a room has a name and an id, got {name!r}, {number!r}"
+            )
         here = labels == number
         room_index[here[::-1]] = len(rooms)
         known |= here
