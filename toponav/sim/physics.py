@@ -14,6 +14,9 @@ __all__ = ["BuildingModel", "build_model"]
 
 _HEIGHT_BAND_M = 0.05
 _BOUNDARY_M = 0.5
+# A motor's rotor seen through its gear. Without it a wheel is so light that the velocity
+# servo's implicit damping and the friction solver disagree, and the robot overshoots.
+_ROTOR_KG_M2 = 0.002
 
 
 @dataclass(frozen=True)
@@ -130,7 +133,7 @@ def _robot_xml(robot: DifferentialRobot, timestep_s: float) -> str:
         <body name="{side}_wheel" pos="0 {sign * robot.wheel_separation_m / 2} 0">
           <inertial pos="0 0 0" mass="{robot.wheel_mass_kg}"
                     diaginertia="{wheel_across} {wheel_around} {wheel_across}"/>
-          <joint name="{side}" type="hinge" axis="0 1 0"/>
+          <joint name="{side}" type="hinge" axis="0 1 0" armature="{_ROTOR_KG_M2}"/>
           <geom name="{side}_wheel" type="ellipsoid" size="{r} {robot.wheel_width_m / 2} {r}"
                 contype="0" conaffinity="0"/>
         </body>"""
