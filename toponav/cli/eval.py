@@ -33,12 +33,15 @@ def eval_graphnav(
 ) -> int:
     """Evaluate agents on the GraphNav protocol, strict and tolerant from the same runs.
 
-    Examples:
-        toponav eval graphnav --area area_3.yaml --plans area_3_plans.json
-        --agent graphnav_pf --agent gtl --workers 2 --out runs/area_3
+    On published pairs of a Stanford area, with two processes:
 
-        toponav eval graphnav --scene office --map office.topo.json --episodes 20
-        --agent graphnav_pf --out runs/office
+    toponav eval graphnav --area area_3.yaml --plans area_3_plans.json
+    --agent graphnav_pf --agent gtl --workers 2 --out runs/area_3
+
+    On twenty plans sampled in a scene:
+
+    toponav eval graphnav --scene office --map office.topo.json --episodes 20
+    --agent graphnav_pf --out runs/office
 
     Writes run.json, results.json, episodes.parquet and steps.parquet. Interrupt it whenever
     you like: the same command resumes, and the results are the same.

@@ -10,9 +10,19 @@ from pathlib import Path
 import toponav
 from toponav.core.errors import InputError
 
-__all__ = ["hash_of_file", "hash_of_weights", "library_versions", "source_commit"]
+__all__ = [
+    "hash_of_code",
+    "hash_of_file",
+    "hash_of_weights",
+    "library_versions",
+    "source_commit",
+]
 
 _PACKAGE = Path(toponav.__file__).parent
+_DECISIVE = (
+    *("core", "worlds", "maps", "sim", "models", "navigation", "data"),
+    *(f"evaluation/{name}.py" for name in ("agents", "episode", "protocol", "worker")),
+)
 _LIBRARIES = ("torch", "torch-geometric", "numpy", "numba", "mujoco", "embreex", "networkx")
 
 
@@ -33,6 +43,19 @@ def _git(*arguments: str) -> str:
     return subprocess.run(
         ["git", *arguments], check=True, capture_output=True, text=True, timeout=10
     ).stdout
+
+
+@cache
+def hash_of_code() -> str:
+    """SHA-256 over the modules that decide what happens in an episode."""
+    digest = hashlib.sha256()
+    for name in _DECISIVE:
+        found = _PACKAGE / name
+        paths = sorted(found.rglob("*.py")) if found.is_dir() else [found]
+        for path in paths:
+            digest.update(path.relative_to(_PACKAGE).as_posix().encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def library_versions() -> dict[str, str]:

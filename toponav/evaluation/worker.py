@@ -12,7 +12,7 @@ from toponav.core.episode import Agent, VelocityLimits
 from toponav.evaluation.agents import AGENTS, AgentContext, make_agent
 from toponav.evaluation.episode import EpisodeRecord, ReseedableAgent, StepView, run_episode
 from toponav.evaluation.protocol import EpisodeJudge, JudgeRules
-from toponav.evaluation.provenance import hash_of_weights
+from toponav.evaluation.provenance import hash_of_code, hash_of_weights
 from toponav.evaluation.suite import Suite, seed_of
 from toponav.evaluation.transitions import plan_transitions
 from toponav.maps.task import NavigationTask
@@ -20,9 +20,6 @@ from toponav.sim.oracle import TruthLocalizer
 from toponav.sim.simulation import Simulation
 
 __all__ = ["EpisodeWorker", "RunSettings"]
-
-_RECORD_VERSION = 1
-"""Raised whenever a change makes stored episodes differ from what would be recorded now."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +66,10 @@ class EpisodeWorker:
         return Simulation(self.suite.scene, self.settings.camera, self.settings.limits)
 
     def key(self, agent: str, index: int) -> str:
-        """A hash of everything that the episode's record depends on, code apart."""
+        """A hash of everything that the episode's record depends on, this package's code too."""
         task = self.suite.task(index)
         description: dict[str, Any] = {
-            "record": _RECORD_VERSION,
+            "code": hash_of_code(),
             "agent": agent,
             "weights": self._weights_key(agent),
             "scene": self.suite.scene.content_hash,
