@@ -1,7 +1,7 @@
 """What every depth camera shares: its contract, and the checks on where it is put."""
 
 import math
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32
@@ -14,6 +14,7 @@ from toponav.worlds.scene import Scene
 __all__ = ["DepthRenderer", "check_camera", "check_viewpoint"]
 
 
+@runtime_checkable
 class DepthRenderer(Protocol):
     """A depth camera in a building."""
 
