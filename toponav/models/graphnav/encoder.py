@@ -90,13 +90,21 @@ class DepthEncoder(nn.Module):
                 remedy="set features, or match the image size to the convolutions",
             )
 
+    @property
+    def _dtype(self) -> torch.dtype:
+        return next(self.parameters()).dtype
+
     def forward(
         self,
         frames: UInt8[Tensor, "batch frames rows cols"] | Float[Tensor, "batch frames rows cols"],
     ) -> Float[Tensor, "batch features"]:
         """Features of each stack. Bytes are scaled to [0, 1]; floats have to be there already."""
+        frames = frames.contiguous(memory_format=torch.channels_last)
         if frames.dtype == torch.uint8:
-            frames = frames.to(torch.float32).mul_(1.0 / 255.0)
-        maps = self.convolutions(frames.contiguous(memory_format=torch.channels_last))
+            # Bytes are moved to channels-last first, and go straight to the format in use.
+            is_mixed = torch.is_autocast_enabled("cpu")
+            dtype = torch.get_autocast_dtype("cpu") if is_mixed else self._dtype
+            frames = frames.to(dtype).mul_(1.0 / 255.0)
+        maps = self.convolutions(frames)
         projected: Tensor = self.projection(maps.flatten(1))
         return projected

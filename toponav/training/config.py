@@ -1,0 +1,109 @@
+"""How to train: numbers a person may want to change, with a default for each preset."""
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from toponav.core.errors import InputError
+
+__all__ = ["Recipe", "TrainingConfig", "default_config"]
+
+Recipe = Literal["behaviors", "localization"]
+
+
+@dataclass(frozen=True)
+class TrainingConfig:
+    """One run of training; the same configuration, data and thread count repeat exactly.
+
+    Two things depend on the clock: `precision="auto"` may pick another number format on
+    another machine, and `max_minutes` shortens a run that would not fit.
+    """
+
+    epochs: int
+    """Epochs to train each network for."""
+    samples_per_epoch: int
+    """Samples after which to validate and save; smaller sets repeat within an epoch."""
+    batch_size: int
+    learning_rate: float
+    """Highest rate of the schedule."""
+    weight_decay: float
+    schedule: Literal["one_cycle", "constant"]
+    """`one_cycle`: a short warm-up, then a cosine to zero."""
+    ema: float
+    """Decay of the moving average of the weights that is validated and kept; 0 for none."""
+    mirror: bool
+    """Whether half the samples are mirrored left to right."""
+    seed: int = 0
+    threads: int = 1
+    """CPU threads. Results repeat exactly for the same number."""
+    max_minutes: float | None = None
+    """Fewer epochs are trained when they would take longer; the schedule ends on time."""
+    precision: Literal["auto", "float32", "bfloat16"] = "auto"
+    """`auto` times both on this machine when training starts, and notes its choice."""
+    warm_up: float = 0.05
+    """Share of training over which the rate rises (`one_cycle`)."""
+    largest_gradient: float = 5.0
+    """Longer gradients are shortened to this norm."""
+    most_validation_samples: int = 8192
+    """Validation uses this many samples at most, the same ones each time."""
+    sequence_steps: int = 20
+    """Steps of a training sequence, for recurrent networks."""
+    plan_dropout: float = 0.2
+    """Share of localization samples that are not told the plan."""
+
+    def __post_init__(self) -> None:
+        checks = {
+            "epochs": 1 <= self.epochs <= 100_000,
+            "samples_per_epoch": self.samples_per_epoch >= 1,
+            "batch_size": 2 <= self.batch_size <= 65_536,
+            "learning_rate": 0.0 < self.learning_rate <= 1.0,
+            "weight_decay": 0.0 <= self.weight_decay <= 1.0,
+            "ema": 0.0 <= self.ema < 1.0,
+            "seed": 0 <= self.seed < 2**32,
+            "threads": 1 <= self.threads <= 1024,
+            "max_minutes": self.max_minutes is None or self.max_minutes > 0.0,
+            "warm_up": 0.0 <= self.warm_up < 1.0,
+            "most_validation_samples": self.most_validation_samples >= 2,
+            "sequence_steps": 1 <= self.sequence_steps <= 10_000,
+            "plan_dropout": 0.0 <= self.plan_dropout <= 1.0,
+        }
+        for name, holds in checks.items():
+            if not holds:
+                raise InputError(
+                    f"{name} is out of range, got {getattr(self, name)}",
+                    where=f"--{name.replace('_', '-')}",
+                    remedy="leave it out to take the preset's value",
+                )
+
+    def with_changes(self, **changes: Any) -> "TrainingConfig":
+        """This configuration with every change that is not None."""
+        return replace(self, **{key: value for key, value in changes.items() if value is not None})
+
+
+def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
+    """How a preset is trained unless told otherwise.
+
+    `paper`: Adam at 1e-4, batches of 32, nothing else (section VI-C). `compact`: sized for
+    twenty minutes a recipe on one CPU core.
+    """
+    if preset == "paper":
+        return TrainingConfig(
+            epochs=20,
+            samples_per_epoch=1_000_000_000,
+            batch_size=32,
+            learning_rate=1e-4,
+            weight_decay=0.0,
+            schedule="constant",
+            ema=0.0,
+            mirror=False,
+        )
+    is_localization = recipe == "localization"
+    return TrainingConfig(
+        epochs=24 if is_localization else 12,
+        samples_per_epoch=80_000 if is_localization else 60_000,
+        batch_size=256,
+        learning_rate=2e-3,
+        weight_decay=0.02,
+        schedule="one_cycle",
+        ema=0.998,
+        mirror=True,
+    )
