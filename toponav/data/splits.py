@@ -48,15 +48,17 @@ def validation_buildings(names: Iterable[str]) -> frozenset[str]:
 
     A building keeps its side when further buildings or DAgger rounds are added. GraphNav's
     own areas are divided as in the paper (3 and 4 unseen); of other buildings one in ten is
-    held out, at least one if there are two or more.
+    held out, at least one; a single building is all for training.
     """
     unique = sorted(set(names))
+    if len(unique) < 2:
+        return frozenset()
     held_out = {name for name in unique if name in _UNSEEN_AREAS}
     others = [name for name in unique if not name.startswith("area_")]
     held_out |= {name for name in others if _position(name) < _VALIDATION_FRACTION}
-    if not held_out and len(unique) > 1:
+    if not held_out:
         held_out = {min(unique, key=_position)}
-    if len(held_out) == len(unique) and len(unique) > 1:
+    if len(held_out) == len(unique):
         held_out -= {max(unique, key=_position)}
     return frozenset(held_out)
 

@@ -17,7 +17,7 @@ from typing import Final
 
 import numpy as np
 import zstandard
-from jaxtyping import Float32
+from jaxtyping import Float32, UInt16
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 from mcap.records import Chunk
@@ -41,6 +41,7 @@ __all__ = [
     "StoredTrajectory",
     "TrajectoryWriter",
     "check_bag",
+    "depth_images",
     "read_summary",
     "read_trajectory",
     "write_atomically",
@@ -273,6 +274,21 @@ def read_trajectory(path: Path, *, depth: bool = True, validate: bool = False) -
     content = _opened(path)
     try:
         return _parse(content, depth, validate)
+    except _UNREADABLE as error:
+        raise _broken(path, error) from error
+
+
+def depth_images(path: Path) -> Iterator[UInt16[np.ndarray, "rows cols"]]:
+    """The images of a trajectory in millimetres, one by one; each is valid until the next.
+
+    Raises:
+        InputError: The file is missing or broken.
+    """
+    content = _opened(path)
+    try:
+        for topic, _, message in _messages(content, validate=False):
+            if topic == DEPTH_TOPIC:
+                yield ImageCodec.unpack(message)
     except _UNREADABLE as error:
         raise _broken(path, error) from error
 
