@@ -56,7 +56,7 @@ def plan_image(scene: Scene) -> UInt8[np.ndarray, "rows cols 3"]:
         (SemanticClass.WINDOW, _WALL),
     ):
         image[solid & (scene.semantics == kind)] = _rgb(color)
-    return np.rint(image).astype(np.uint8)
+    return np.asarray(np.rint(image), dtype=np.uint8)
 
 
 def draw_plan(ax: "Axes", scene: Scene, *, names: bool = True, name_size_pt: float = 5.0) -> None:

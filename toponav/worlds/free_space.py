@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int32
+from jaxtyping import Bool, Float, Float32, Int16, Int32
 from scipy import ndimage
 
 from toponav.core.errors import InputError
@@ -13,7 +13,7 @@ from toponav.worlds.grid import GridFrame
 from toponav.worlds.grid_kernels import distance_to_solid, geodesic_cells
 from toponav.worlds.scene import Scene
 
-__all__ = ["FreeSpace"]
+__all__ = ["FreeSpace", "indoors"]
 
 _GAP_M = 1.0
 """Unlabelled floor up to this wide between rooms (doorways, unscanned spots) is indoors."""
@@ -59,8 +59,8 @@ class FreeSpace:
                 remedy="give the robot's radius in metres",
             )
         cells: np.ndarray = distance_to_solid(scene.occupied)
-        clearance_m = cells * np.float32(scene.grid.resolution_m)
-        free = (clearance_m > radius_m) & indoors(scene)
+        clearance_m: np.ndarray = cells * np.float32(scene.grid.resolution_m)
+        free = (clearance_m > radius_m) & indoors(scene.room_index, scene.grid.resolution_m)
         if scene.rooms:
             free = _pieces_that_touch(free, scene.room_index >= 0)
         clearance_m.setflags(write=False)
@@ -75,7 +75,8 @@ class FreeSpace:
         sizes = np.bincount(pieces.ravel(), minlength=count + 1)[1:]
         rank = np.zeros(count + 1, np.int32)
         rank[1 + np.argsort(-sizes, kind="stable")] = np.arange(1, count + 1)
-        return rank[pieces]
+        numbers: np.ndarray = rank[pieces]
+        return numbers
 
     def is_free(self, x_m: float, y_m: float) -> bool:
         """Whether the robot's centre can be in the cell at this point."""
@@ -184,18 +185,21 @@ class FreeSpace:
         return best
 
 
-def indoors(scene: Scene) -> Bool[np.ndarray, "rows cols"]:
+def indoors(
+    room_index: Int16[np.ndarray, "rows cols"], resolution_m: float
+) -> Bool[np.ndarray, "rows cols"]:
     """Cells of rooms and of gaps up to a metre between them; all cells where none is known."""
-    named = scene.room_index >= 0
+    named = room_index >= 0
     if not named.any():
-        return np.ones(scene.grid.shape, bool)
-    reach = _GAP_M / 2 / scene.grid.resolution_m
+        return np.ones(named.shape, bool)
+    reach = _GAP_M / 2 / resolution_m
     margin = math.ceil(reach) + 2
     padded = np.pad(named, margin)
     near = ndimage.distance_transform_edt(~padded) <= reach
     closed = ndimage.distance_transform_edt(near) > reach
     inner = slice(margin, -margin)
-    return (closed[inner, inner] | named).astype(bool)
+    inside: np.ndarray = closed[inner, inner] | named
+    return inside
 
 
 def _pieces_that_touch(free: np.ndarray, named: np.ndarray) -> np.ndarray:

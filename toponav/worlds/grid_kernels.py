@@ -7,7 +7,7 @@ __all__ = ["distance_to_solid", "geodesic_cells", "rectangles_of_labels"]
 
 
 @njit(cache=True)
-def rectangles_of_labels(labels):
+def rectangles_of_labels(labels):  # type: ignore[no-untyped-def]
     """Disjoint rectangles that cover every non-zero cell, each over one label, greedily.
 
     Returns int32[n, 5]: row0, col0, row1, col1 (exclusive), label.
@@ -53,7 +53,7 @@ def rectangles_of_labels(labels):
 
 
 @njit(cache=True)
-def _full_until(left, row, col0, col1, label):
+def _full_until(left, row, col0, col1, label):  # type: ignore[no-untyped-def]
     """The first row after `row` in which not every cell of the span has the label."""
     end = row + 1
     while end < left.shape[0]:
@@ -65,13 +65,13 @@ def _full_until(left, row, col0, col1, label):
 
 
 @njit(cache=True)
-def _column_is(left, row0, row1, col, label):
+def _column_is(left, row0, row1, col, label):  # type: ignore[no-untyped-def]
     """Whether every cell of the column span has the label."""
     return np.all(left[row0:row1, col] == label)
 
 
 @njit(cache=True)
-def distance_to_solid(solid):
+def distance_to_solid(solid):  # type: ignore[no-untyped-def]
     """Distance, in cells, from each cell's centre to the nearest solid square; exact.
 
     What lies outside the grid is solid. Felzenszwalb and Huttenlocher's lower envelope of
@@ -134,7 +134,7 @@ def distance_to_solid(solid):
 
 
 @njit(cache=True)
-def geodesic_cells(free, weight, weight_max, goals):
+def geodesic_cells(free, weight, weight_max, goals):  # type: ignore[no-untyped-def]
     """Least cost, in cells, from each free cell to the nearest goal; infinite elsewhere.
 
     Dijkstra over eight neighbours, a diagonal step only between two free cells. A step costs
@@ -199,7 +199,7 @@ def geodesic_cells(free, weight, weight_max, goals):
 
 
 @njit(cache=True)
-def _link(head, after, before, slot, cell):
+def _link(head, after, before, slot, cell):  # type: ignore[no-untyped-def]
     """Puts the cell first in the bucket."""
     first = head[slot]
     after[cell] = first
@@ -210,7 +210,7 @@ def _link(head, after, before, slot, cell):
 
 
 @njit(cache=True)
-def _unlink(head, after, before, slot, cell):
+def _unlink(head, after, before, slot, cell):  # type: ignore[no-untyped-def]
     """Takes the cell out of the bucket."""
     if before[cell] >= 0:
         after[before[cell]] = after[cell]

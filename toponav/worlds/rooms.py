@@ -20,12 +20,13 @@ def outline_m(
     if not len(rows):
         return None
     window = np.pad(cells[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
-    contours = find_contours(window.astype(np.float32), 0.5)
-    outline = approximate_polygon(max(contours, key=len), tolerance=1.0)[:-1]
+    contours = find_contours(window.astype(np.float32), 0.5)  # type: ignore[no-untyped-call]
+    longest = max(contours, key=len)
+    outline = approximate_polygon(longest, tolerance=1.0)[:-1]  # type: ignore[no-untyped-call]
     if len(outline) < 3:
         return None
     # Contour points lie on cell centres of the padded window, as (row, col).
     xy_m = (outline[:, ::-1] - 0.5 + (cols[0], rows[0])) * grid.resolution_m + grid.origin_m
     x_m, y_m = xy_m.T
     area = np.dot(x_m, np.roll(y_m, -1)) - np.dot(y_m, np.roll(x_m, -1))
-    return np.round(xy_m if area > 0 else xy_m[::-1], 6)
+    return np.asarray(np.round(xy_m if area > 0 else xy_m[::-1], 6))

@@ -5,7 +5,6 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int16, UInt8
@@ -25,7 +24,6 @@ __all__ = [
     "SceneMesh",
     "SemanticClass",
     "scene_from_heights",
-    "scene_metadata",
 ]
 
 _MAX_CEILING_M = 100.0
@@ -141,6 +139,8 @@ class Scene:
     @cached_property
     def content_hash(self) -> str:
         """SHA-256 of everything that the scene holds, equal on every machine."""
+        from toponav.worlds._scene_json import scene_metadata
+
         digest = hashlib.sha256(json.dumps(scene_metadata(self), sort_keys=True).encode())
         # Adding zero turns -0.0 into 0.0: equal scenes have equal bytes.
         digest.update((self.heights_m + np.float32(0)).astype("<f4").tobytes())
@@ -283,43 +283,3 @@ def _check(scene: Scene) -> None:
     ):
         double = sorted({name for name in names if names.count(name) > 1})
         require(not double, f"{what} names must be unique, got {double} twice", "rename one")
-
-
-def scene_metadata(scene: Scene) -> dict[str, Any]:
-    """All but the arrays, as JSON; also what `scene.json` holds."""
-    return {
-        "name": scene.name,
-        "grid": {
-            "resolution_m": float(scene.grid.resolution_m),
-            "origin_m": [float(value) for value in scene.grid.origin_m],
-            "rows": int(scene.grid.rows),
-            "cols": int(scene.grid.cols),
-        },
-        "ceiling_m": float(scene.ceiling_m),
-        "is_extruded": scene.is_extruded,
-        "rooms": [
-            {
-                "name": room.name,
-                "kind": str(room.kind),
-                "polygon_m": None if room.polygon_m is None else room.polygon_m.tolist(),
-            }
-            for room in scene.rooms
-        ],
-        "doors": [
-            {
-                "name": door.name,
-                "segment_m": door.segment_m.tolist(),
-                "width_m": float(door.width_m),
-                "rooms": list(door.rooms),
-                "open_fraction": float(door.open_fraction),
-            }
-            for door in scene.doors
-        ],
-        "provenance": {
-            "generator": scene.provenance.generator,
-            "version": scene.provenance.version,
-            "seed": scene.provenance.seed,
-            "source": scene.provenance.source,
-        },
-        "layout": None if scene.layout is None else scene.layout.to_json(),
-    }

@@ -6,51 +6,28 @@ rooms and classes, lossless), `grid.png` with `map.yaml` (for ROS `map_server`) 
 """
 
 import json
-import math
 import os
 import shutil
 import tempfile
-import zipfile
-import zlib
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import yaml
 from PIL import Image
 
 from toponav.core.errors import InputError
-from toponav.core.vocabulary import RoomKind
-from toponav.worlds.grid import GridFrame, SemanticClass
-from toponav.worlds.layout import HallwayLayout
-from toponav.worlds.mesh import SceneMesh
-from toponav.worlds.scene import Door, Provenance, Room, Scene, scene_metadata
+from toponav.worlds._scene_arrays import read_arrays
+from toponav.worlds._scene_json import grid_of, scene_metadata, scene_of
+from toponav.worlds.gltf import glb_bytes
+from toponav.worlds.scene import Scene
 
 __all__ = ["load_scene", "save_scene"]
 
 _SCHEMA = 1
 _JSON, _ARRAYS, _GRID, _MAP, _MESH = "scene.json", "arrays.npz", "grid.png", "map.yaml", "mesh.glb"
 _MAX_JSON_BYTES = 256_000_000
-_MAX_ITEMS = 200_000_000
 _FREE, _SOLID = 254, 0
-
-# glTF is y up, toponav is z up.
-_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
-_COLORS = {
-    SemanticClass.FLOOR: (184, 172, 156),
-    SemanticClass.WALL: (226, 224, 218),
-    SemanticClass.CEILING: (240, 240, 240),
-    SemanticClass.DOOR: (166, 112, 60),
-    SemanticClass.COLUMN: (200, 200, 196),
-    SemanticClass.WINDOW: (170, 200, 220),
-    SemanticClass.TABLE: (176, 136, 92),
-    SemanticClass.CHAIR: (70, 90, 120),
-    SemanticClass.SOFA: (120, 80, 90),
-    SemanticClass.BOOKCASE: (132, 98, 66),
-    SemanticClass.BOARD: (235, 235, 240),
-    SemanticClass.CLUTTER: (150, 150, 110),
-    SemanticClass.FURNITURE: (150, 120, 90),
-}
 
 
 def save_scene(scene: Scene, directory: str | Path) -> Path:
@@ -96,7 +73,7 @@ def load_scene(directory: str | Path) -> Scene:
         folder = folder.parent
     document = _read_json(folder / _JSON)
     try:
-        scene = _from_json(document, folder)
+        scene = _assemble(document, folder)
     except InputError as error:
         if error.where.startswith(str(folder)):
             raise
@@ -165,29 +142,9 @@ def _write_files(scene: Scene, folder: Path) -> None:
         "free_thresh": 0.196,
     }
     (folder / _MAP).write_text(yaml.safe_dump(ros, sort_keys=False), encoding="utf-8")
-    (folder / _MESH).write_bytes(_glb(scene.mesh))
+    (folder / _MESH).write_bytes(glb_bytes(scene.mesh))
     document = {"schema": _SCHEMA, "content_hash": scene.content_hash, **scene_metadata(scene)}
     (folder / _JSON).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-
-
-def _glb(mesh: SceneMesh) -> bytes:
-    """The mesh as binary glTF, y up, one named and coloured part per semantic class."""
-    import trimesh
-
-    parts = trimesh.Scene()
-    for value in np.unique(mesh.face_semantic):
-        kind = SemanticClass(int(value))
-        used, faces = np.unique(mesh.faces[mesh.face_semantic == value], return_inverse=True)
-        part = trimesh.Trimesh(mesh.vertices_m[used], faces.reshape(-1, 3), process=False)
-        part.visual = trimesh.visual.TextureVisuals(
-            material=trimesh.visual.material.PBRMaterial(
-                name=kind.name.lower(), baseColorFactor=(*_COLORS[kind], 255), roughnessFactor=0.9
-            )
-        )
-        name = kind.name.lower()
-        parts.add_geometry(part, node_name=name, geom_name=name, transform=_Y_UP)
-    binary: bytes = parts.export(file_type="glb")
-    return binary
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -223,120 +180,8 @@ def _read_json(path: Path) -> dict[str, Any]:
     return document
 
 
-def _from_json(document: dict[str, Any], folder: Path) -> Scene:
-    """The scene of a document whose fields are not checked yet."""
-    place = document["grid"]
-    grid = GridFrame(
-        float(place["resolution_m"]),
-        (float(place["origin_m"][0]), float(place["origin_m"][1])),
-        int(place["rows"]),
-        int(place["cols"]),
-    )
-    origin = document["provenance"]
-    extruded = bool(document["is_extruded"])
-    arrays = _read_arrays(folder / _ARRAYS, grid, extruded)
-    layout = document["layout"]
-    return Scene(
-        name=str(document["name"]),
-        grid=grid,
-        heights_m=arrays["heights_m"],
-        ceiling_m=float(document["ceiling_m"]),
-        room_index=arrays["room_index"],
-        rooms=tuple(
-            Room(
-                str(room["name"]),
-                RoomKind(room["kind"]),
-                None if room["polygon_m"] is None else _points(room["polygon_m"]),
-            )
-            for room in document["rooms"]
-        ),
-        doors=tuple(
-            Door(
-                str(door["name"]),
-                _points(door["segment_m"]),
-                float(door["width_m"]),
-                (str(door["rooms"][0]), str(door["rooms"][1])),
-                float(door["open_fraction"]),
-            )
-            for door in document["doors"]
-        ),
-        semantics=arrays["semantics"],
-        provenance=Provenance(
-            str(origin["generator"]),
-            str(origin["version"]),
-            None if origin["seed"] is None else int(origin["seed"]),
-            str(origin["source"]),
-        ),
-        layout=None if layout is None else HallwayLayout.from_json(layout),
-        imported_mesh=None
-        if extruded
-        else SceneMesh(
-            arrays["mesh_vertices_m"],
-            arrays["mesh_faces"],
-            arrays["mesh_face_semantic"],
-            arrays["mesh_face_instance"],
-        ),
-    )
-
-
-def _points(value: Any) -> np.ndarray:
-    """A list of [x, y] as an array."""
-    points = np.array(value, dtype=np.float64)
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise ValueError(f"points must be [x, y] pairs, got shape {points.shape}")
-    return points
-
-
-def _read_arrays(path: Path, grid: GridFrame, extruded: bool) -> dict[str, np.ndarray]:
-    """The arrays of a scene, of exactly these types and sizes; nothing else is read."""
-    wanted: dict[str, tuple[str, tuple[int | None, ...]]] = {
-        "heights_m": ("<f4", grid.shape),
-        "room_index": ("<i2", grid.shape),
-        "semantics": ("|u1", grid.shape),
-    }
-    if not extruded:
-        wanted |= {
-            "mesh_vertices_m": ("<f4", (None, 3)),
-            "mesh_faces": ("<i4", (None, 3)),
-            "mesh_face_semantic": ("|u1", (None,)),
-            "mesh_face_instance": ("<i4", (None,)),
-        }
-    arrays = {}
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for name, (dtype, shape) in wanted.items():
-                with archive.open(f"{name}.npy") as stream:
-                    arrays[name] = _read_npy(stream, name, np.dtype(dtype), shape)
-    except OSError as error:
-        raise InputError(
-            f"cannot be read ({error.strerror or error})",
-            where=str(path),
-            remedy="copy the folder again or generate the scene again",
-        ) from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, KeyError, ValueError) as error:
-        raise InputError(
-            f"does not hold the scene's arrays ({error})",
-            where=str(path),
-            remedy="copy the folder again or generate the scene again",
-        ) from None
-    return arrays
-
-
-def _read_npy(
-    stream: IO[bytes], name: str, dtype: np.dtype[Any], shape: tuple[int | None, ...]
-) -> np.ndarray:
-    """One array, its header checked before any memory is taken for it."""
-    version = np.lib.format.read_magic(stream)  # type: ignore[no-untyped-call]
-    if version != (1, 0):
-        raise ValueError(f"{name} is of an unknown format")
-    found, in_columns, found_dtype = np.lib.format.read_array_header_1_0(stream)  # type: ignore[no-untyped-call]
-    fits = len(found) == len(shape) and all(
-        size is None or size == got for size, got in zip(shape, found, strict=True)
-    )
-    if not fits or in_columns or found_dtype != dtype or math.prod(found) > _MAX_ITEMS:
-        raise ValueError(f"{name} must be {dtype}{list(shape)}, got {found_dtype}{list(found)}")
-    size = math.prod(found) * dtype.itemsize
-    data = stream.read(size)
-    if len(data) != size:
-        raise ValueError(f"{name} is cut")
-    return np.frombuffer(data, dtype).reshape(found).copy()
+def _assemble(document: dict[str, Any], folder: Path) -> Scene:
+    """The scene of a document whose fields are not checked yet, and its arrays."""
+    grid = grid_of(document)
+    arrays = read_arrays(folder / _ARRAYS, grid, bool(document["is_extruded"]))
+    return scene_of(document, grid, arrays)

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int16, UInt8
 from scipy import ndimage
 
+from toponav.worlds.free_space import indoors
 from toponav.worlds.grid import SemanticClass
 
 __all__ = ["ObstacleHeights", "raise_obstacles"]
@@ -17,6 +18,8 @@ _BETWEEN_M = 0.25
 """A piece with two rooms this near stands between them: it is wall."""
 _NOWHERE_M = 0.5
 """A piece further than this from any room is part of the building's outside."""
+_EDGE_M, _EDGE_LENGTH_M = 0.15, 0.6
+"""A piece this near to the outdoors, and at least so long, closes the building: it is wall."""
 _THICK_M = 0.2
 """Parts of walls at least this thick are cupboards, columns or machines against them."""
 
@@ -62,7 +65,7 @@ def raise_obstacles(
 ) -> ObstacleHeights:
     """Walls to the ceiling and everything else to the height of what it probably is.
 
-    Long connected pieces, pieces between two rooms and pieces away from all rooms are walls.
+    Long connected pieces and pieces between two rooms or at the building's edge are walls.
     Loose pieces in a room become chairs, tables, shelves or clutter by their size, thin
     strokes of a door's length that touch a wall become door leaves, and thick lumps on walls
     become cupboards. Occupied stays occupied and free stays free.
@@ -81,9 +84,12 @@ def raise_obstacles(
     length_m = np.array([_length_cells(box) * resolution_m for box in boxes])
     is_wall = length_m >= _WALL_LENGTH_M
     if (room_index >= 0).any():
-        near, far = room_index_spread(room_index, pieces, count, _BETWEEN_M / resolution_m)
-        is_wall |= near >= 2
-        is_wall |= far > _NOWHERE_M / resolution_m
+        rooms_near = _rooms_near(room_index, pieces, count, _BETWEEN_M / resolution_m)
+        is_wall |= rooms_near >= 2
+        outside = ~indoors(room_index, resolution_m)
+        to_outside_m = _least(_distance(outside) * resolution_m, pieces, count)
+        is_wall |= (to_outside_m <= _EDGE_M) & (length_m >= _EDGE_LENGTH_M)
+        is_wall |= _least(_distance(room_index >= 0) * resolution_m, pieces, count) > _NOWHERE_M
     walls = np.concatenate([[False], is_wall])[pieces]
     by_wall = ndimage.binary_dilation(walls, structure=_EIGHT, iterations=3)
     for number in np.flatnonzero(~is_wall).tolist():
@@ -98,24 +104,31 @@ def raise_obstacles(
     return ObstacleHeights(heights_m, semantics)
 
 
-def room_index_spread(
+def _rooms_near(
     room_index: np.ndarray, pieces: np.ndarray, count: int, reach_cells: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """For each piece: how many rooms lie within reach, and how far the nearest room is."""
-    distance, (row, col) = ndimage.distance_transform_edt(room_index < 0, return_indices=True)
-    nearest_room = room_index[row, col]
-    far = ndimage.minimum(distance, pieces, np.arange(1, count + 1))
-    # Every obstacle cell spreads a little; each (piece, room) pair found there counts once.
+) -> np.ndarray:
+    """For each piece, how many rooms have a cell within reach that is nearest to this piece."""
     away, (row, col) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
     beside = (away <= reach_cells) & (room_index >= 0)
-    pairs = np.stack([pieces[row, col][beside], nearest_room[beside]], axis=1)
-    pieces_met = np.unique(pairs, axis=0)[:, 0]
-    return np.bincount(pieces_met, minlength=count + 1)[1:], np.asarray(far)
+    pairs = np.stack([pieces[row, col][beside], room_index[beside]], axis=1)
+    return np.bincount(np.unique(pairs, axis=0)[:, 0], minlength=count + 1)[1:]
+
+
+def _distance(there: np.ndarray) -> np.ndarray:
+    """Cells from each cell to the nearest true one; infinite where none is."""
+    if not there.any():
+        return np.full(there.shape, np.inf)
+    return np.asarray(ndimage.distance_transform_edt(~there))
+
+
+def _least(values: np.ndarray, pieces: np.ndarray, count: int) -> np.ndarray:
+    """The least value in each piece."""
+    return np.asarray(ndimage.minimum(values, pieces, np.arange(1, count + 1)))
 
 
 def _length_cells(box: tuple[slice, slice]) -> int:
     """The longer side of a bounding box."""
-    return max(side.stop - side.start for side in box)
+    return int(max(side.stop - side.start for side in box))
 
 
 def _choices(
