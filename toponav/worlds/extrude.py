@@ -121,7 +121,7 @@ def _sides(solid: _Solid) -> list[_Quads]:
             keys = (heights[high], heights[low], instances[high], classes[high])
             start, end, line = _runs(exists, keys)
             top, bottom, instance, kind = (key[start, line] for key in keys)
-            near, far = (end, start) if faces_right == along_rows else (start, end)
+            near, far = (start, end) if faces_right == along_rows else (end, start)
             edge = np.stack([line] * 4, axis=1)
             run = np.stack([near, far, far, near], axis=1)
             z_m = np.stack([bottom, bottom, top, top], axis=1)

@@ -31,14 +31,17 @@ class Canvas:
     count: int = field(default=0)
 
     @classmethod
-    def over(cls, wall: Bool[np.ndarray, "rows cols"], ceiling_m: float) -> "Canvas":
+    def over(
+        cls,
+        wall: Bool[np.ndarray, "rows cols"],
+        ceiling_m: float,
+        keep_free: Bool[np.ndarray, "rows cols"],
+    ) -> "Canvas":
         """A canvas with walls to the ceiling and nothing else."""
         heights = np.where(wall, np.float32(ceiling_m), np.float32(0.0)).astype(np.float32)
         semantics = np.where(wall, SemanticClass.WALL, SemanticClass.FLOOR).astype(np.uint8)
         shape = wall.shape
-        return cls(
-            heights, semantics, np.zeros(shape, dtype=np.int32), np.zeros(shape, dtype=bool)
-        )
+        return cls(heights, semantics, np.zeros(shape, dtype=np.int32), keep_free)
 
     def put(
         self,

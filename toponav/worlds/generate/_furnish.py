@@ -19,17 +19,25 @@ _USUAL_AREA_M2 = 16.0
 
 
 def keep_ways_free(
-    canvas: Canvas, skeleton: Skeleton, rooms: list[PlacedRoom], hearts: list[tuple[int, int]]
-) -> None:
-    """Reserves the middle of hallways, the way in at each door and a way to each room's heart."""
-    free = canvas.keep_free
+    skeleton: Skeleton,
+    rooms: list[PlacedRoom],
+    hearts: list[tuple[int, int]],
+    shape: tuple[int, int],
+) -> Bool[np.ndarray, "rows cols"]:
+    """The middle of hallways, the way in at each door and a way to each room's heart."""
+    free = np.zeros(shape, dtype=bool)
     for run in skeleton.runs:
-        half = min(run.half - 4, 13) if not run.is_open else 15
+        half = 15 if run.is_open else min(run.half - 3, 12)
         free[run.box((run.low, run.high), (run.across - half, run.across + half))] = True
     for room, (row, col) in zip(rooms, hearts, strict=True):
+        run = skeleton.runs[room.door.run]
+        to_axis = run.half * CELL_M if room.door.side else 1.0
         inside = _inner_point(skeleton, room, 0.75)
-        _clear_line(free, _inner_point(skeleton, room, -0.6), inside, 9)
+        outside_m = -(abs(room.door.depth) + room.door.recess) * CELL_M - to_axis
+        half = room.door.width // 2 + 3
+        _clear_line(free, _inner_point(skeleton, room, outside_m), inside, half)
         _clear_line(free, inside, (row, col), 7)
+    return free
 
 
 def _inner_point(skeleton: Skeleton, room: PlacedRoom, depth_m: float) -> tuple[int, int]:

@@ -226,13 +226,13 @@ def _side_door(
     if low >= high:
         return None
     wishes = [along for along, other in site.doors.get(index, []) if other != side]
-    wishes += [stop.along for stop in run.stops[1:-1] if rng.random() < 0.7]
+    wishes += [stop.along for stop in run.stops[1:-1] if rng.random() < 0.6]
     rng.shuffle(wishes)
     near_corner = [low + int(rng.integers(0, 6)), high - int(rng.integers(0, 6))]
     rng.shuffle(near_corner)
     anywhere = [int(value) for value in rng.integers(low, high + 1, size=8)]
     candidates = near_corner + anywhere + wishes
-    if rng.random() < 0.4:
+    if rng.random() < 0.15:
         candidates = wishes + near_corner + anywhere
     for along in candidates:
         if low <= along <= high:

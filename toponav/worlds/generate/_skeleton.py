@@ -202,10 +202,10 @@ def _choose_open(
         length_m = _length_m(link, xs, ys)
         is_stub = min(degree[point] for point in link) == 1
         beside = any(set(link) & set(other) for other in opened)
-        chance = 0.18 if is_stub else 0.3
-        if len(links) > 2 and len(opened) < 2 and not beside and 6.5 < length_m < 16.0:
-            if rng.random() < chance:
-                opened.add(link)
+        chance = 0.2 if is_stub else 0.45
+        fits = len(links) > 2 and len(opened) < 2 and not beside and 6.0 < length_m < 12.0
+        if fits and rng.random() < chance:
+            opened.add(link)
     return opened
 
 
@@ -217,7 +217,8 @@ def _assemble(
     number = {point: index for index, point in enumerate(points)}
     junctions = [(xs[i], ys[j]) for i, j in points]
     base_m = rng.choice(
-        [rng.uniform(1.25, 1.6), rng.uniform(1.6, 2.0), rng.uniform(2.0, 2.5)], p=[0.3, 0.5, 0.2]
+        [rng.uniform(1.25, 1.55), rng.uniform(1.6, 2.0), rng.uniform(2.0, 2.5)],
+        p=[0.28, 0.56, 0.16],
     )
     runs: list[Run] = []
     for horizontal in (True, False):
@@ -297,9 +298,9 @@ def _reach_m(rng: np.random.Generator, run: Run, halls: list[int], opens: list[i
     if not halls and not opens:  # a dead end, or an open space that a hallway leads straight into
         return float(rng.uniform(1.3, 2.0))
     hall_m = max(halls, default=0) * CELL_M
-    reach_m = hall_m + float(rng.uniform(0.3, 0.85))
+    reach_m = hall_m + float(rng.uniform(0.1, 0.6))
     if run.is_open:
-        return reach_m + float(rng.uniform(0.0, 0.5))
+        return reach_m + float(rng.uniform(0.0, 0.9))
     if opens:
         reach_m = max(reach_m, min(max(opens) * CELL_M * float(rng.uniform(0.6, 0.9)), 2.4))
     return reach_m

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Int16
 from scipy import ndimage
 
+from toponav.worlds.generate._irregular import bend_rooms, pierce_walls, shape_hallways
 from toponav.worlds.generate._rooms import PlacedRoom
 from toponav.worlds.generate._skeleton import Skeleton
 
@@ -59,10 +60,20 @@ def door_boxes(
 
 
 def raise_walls(
-    rng: np.random.Generator, skeleton: Skeleton, rooms: list[PlacedRoom], shape: tuple[int, int]
+    rng: np.random.Generator,
+    skeleton: Skeleton,
+    rooms: list[PlacedRoom],
+    keep: Bool[np.ndarray, "rows cols"],
 ) -> Shell:
-    """Walls around every floor; two faces where a hallway and a room stand back to back."""
-    index = np.full(shape, -1, dtype=np.int16)
+    """Walls around every floor; two faces where a hallway and a room stand back to back.
+
+    Args:
+        rng: Chooses how walls differ from straight lines.
+        skeleton: The hallways.
+        rooms: The rooms.
+        keep: Cells that stay floor where they are floor.
+    """
+    index = np.full(keep.shape, -1, dtype=np.int16)
     for number, run in sorted(enumerate(skeleton.runs), key=lambda item: not item[1].is_open):
         index[run.floor()] = len(rooms) + number
     for number, room in enumerate(rooms):
@@ -71,30 +82,14 @@ def raise_walls(
         if recess is not None:
             _paint(index, recess, len(rooms) + room.door.run)
         _paint(index, opening, number)
-    _add_alcoves(rng, skeleton, index, len(rooms))
+    bend_rooms(rng, rooms, index, keep)
+    shape_hallways(rng, skeleton, index, keep, len(rooms))
     floor = index >= 0
     wall = ndimage.binary_dilation(floor, _EIGHT) & ~floor
+    pierce_walls(rng, wall, len(rooms) * 2)
     return Shell(floor, index, wall)
 
 
 def _paint(index: Int16[np.ndarray, "rows cols"], box: tuple[slice, slice], value: int) -> None:
     window = index[box]
     window[window < 0] = value
-
-
-def _add_alcoves(
-    rng: np.random.Generator, skeleton: Skeleton, index: Int16[np.ndarray, "rows cols"], first: int
-) -> None:
-    """Niches in hallway walls where nothing stands behind them."""
-    for number, run in enumerate(skeleton.runs):
-        for _ in range(int(rng.poisson((run.high - run.low) / 160))):
-            length, depth = int(rng.integers(12, 60)), int(rng.integers(3, 16))
-            if run.high - run.low <= length:
-                continue
-            start = int(rng.integers(run.low, run.high - length))
-            side = int(rng.choice([-1, 1]))
-            edge = run.across + side * run.half
-            across = (edge, edge + depth) if side > 0 else (edge - depth, edge)
-            guard = (across[0], across[1] + 2) if side > 0 else (across[0] - 2, across[1])
-            if (index[run.box((start - 2, start + length + 2), guard)] < 0).all():
-                index[run.box((start, start + length), across)] = first + number

@@ -54,6 +54,8 @@ def _desk(rng: np.random.Generator) -> Piece:
         solid = corner if rng.random() < 0.5 else corner[:, ::-1]
     mask = scanned(rng, solid, 0.0)
     mask[0] &= rng.random() < 0.3
+    if rng.random() < 0.15:
+        mask = solid
     mask = ragged(rng, mask, float(rng.uniform(0.0, 0.6)))
     return Piece(mask, float(rng.uniform(0.68, 0.78)), SemanticClass.TABLE)
 
@@ -79,7 +81,7 @@ def _chair(rng: np.random.Generator) -> Piece:
                 mask[round(5 + step * np.sin(angle)), round(5 + step * np.cos(angle))] = True
         height = float(rng.uniform(0.2, 0.95))
     else:
-        mask = _blob(rng, float(rng.uniform(2.0, 4.5)))
+        mask = _blob(rng, float(rng.uniform(2.0, 6.5)))
     return Piece(ragged(rng, mask, float(rng.uniform(0.0, 0.4))), height, SemanticClass.CHAIR)
 
 
@@ -109,7 +111,7 @@ def _shelf(rng: np.random.Generator) -> Piece:
 
 def _cabinet(rng: np.random.Generator) -> Piece:
     solid = _box(rng, (0.4, 1.1), (0.4, 0.65))
-    filled = rng.random() < 0.3
+    filled = rng.random() < 0.4
     mask = ragged(rng, solid, 0.1) if filled else scanned(rng, solid, float(rng.uniform(0.0, 0.4)))
     return Piece(mask, float(rng.uniform(0.6, 1.4)), SemanticClass.FURNITURE)
 
@@ -211,7 +213,7 @@ def _speck(rng: np.random.Generator) -> Piece:
     """A few stray cells: legs of chairs, bags, cables, reflections."""
     mask = rng.random((int(rng.integers(1, 6)), int(rng.integers(1, 6)))) < 0.6
     mask[0, 0] = True
-    return Piece(mask, float(rng.uniform(0.15, 1.3)), SemanticClass.CLUTTER)
+    return Piece(mask, float(rng.uniform(0.25, 1.1)), SemanticClass.CLUTTER)
 
 
 _ALWAYS = (

@@ -83,10 +83,12 @@ def _attempt(rng: np.random.Generator, seed: int, size: str) -> Scene | None:
     if len(rooms) < _FEWEST_ROOMS:
         return None
     _name(rng, skeleton, rooms)
-    shell = raise_walls(rng, skeleton, rooms, shape)
+    hearts = [room_heart(rng, room) for room in rooms]
+    keep = keep_ways_free(skeleton, rooms, hearts, shape)
+    shell = raise_walls(rng, skeleton, rooms, keep)
     ceiling_m = round(float(rng.uniform(2.5, 3.2)), 2)
-    canvas = Canvas.over(shell.wall, ceiling_m)
-    leaves = _furnish(rng, canvas, skeleton, rooms, shell)
+    canvas = Canvas.over(shell.wall, ceiling_m, keep)
+    leaves = _furnish(rng, canvas, skeleton, rooms, hearts, shell)
     if leaves is None:
         return None
     return _scene(seed, skeleton, rooms, shell, canvas, leaves, ceiling_m)
@@ -127,14 +129,13 @@ def _furnish(
     canvas: Canvas,
     skeleton: Skeleton,
     rooms: list[PlacedRoom],
+    hearts: list[tuple[int, int]],
     shell: Shell,
 ) -> dict[str, float | None] | None:
     """How far each room's door stands open; None where a room cannot be reached."""
-    hearts = [room_heart(rng, room) for room in rooms]
-    keep_ways_free(canvas, skeleton, rooms, hearts)
     leaves = {room.name: hang_door(rng, canvas, skeleton, room) for room in rooms}
     for number, room in enumerate(rooms):
-        opening, recess = door_boxes(skeleton, room)
+        opening, _recess = door_boxes(skeleton, room)
         within = shell.room_index == number
         within[opening] = False
         furnish_room(rng, canvas, room.kind, room.box, within)

@@ -110,8 +110,9 @@ def _rooms_near(
     """For each piece, how many rooms have a cell within reach that is nearest to this piece."""
     away, (row, col) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
     beside = (away <= reach_cells) & (room_index >= 0)
-    pairs = np.stack([pieces[row, col][beside], room_index[beside]], axis=1)
-    return np.bincount(np.unique(pairs, axis=0)[:, 0], minlength=count + 1)[1:]
+    rooms = int(room_index.max()) + 1
+    pairs = pieces[row[beside], col[beside]].astype(np.int64) * rooms + room_index[beside]
+    return np.bincount(np.unique(pairs) // rooms, minlength=count + 1)[1:]
 
 
 def _distance(there: np.ndarray) -> np.ndarray:
@@ -123,7 +124,10 @@ def _distance(there: np.ndarray) -> np.ndarray:
 
 def _least(values: np.ndarray, pieces: np.ndarray, count: int) -> np.ndarray:
     """The least value in each piece."""
-    return np.asarray(ndimage.minimum(values, pieces, np.arange(1, count + 1)))
+    least = np.full(count, np.inf)
+    solid = pieces > 0
+    np.minimum.at(least, pieces[solid] - 1, values[solid])
+    return least
 
 
 def _length_cells(box: tuple[slice, slice]) -> int:
