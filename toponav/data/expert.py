@@ -16,7 +16,7 @@ from toponav.worlds.scene import Scene
 __all__ = ["Expert"]
 
 _REACHES_M = (2.0, 6.0, 1000.0)
-_REHEARSALS = 4
+_REHEARSALS = 6
 
 
 class Expert:

@@ -47,9 +47,9 @@ class PlannerCosts:
     """Extra cost where the true node would not be on the plan."""
     line_m: float = 0.25
     """Distance from the plan's edges that costs nothing."""
-    line_cost: float = 0.5
+    line_cost: float = 0.8
     """Extra cost per metre farther."""
-    turn_cost: float = 0.3
+    turn_cost: float = 0.6
     """Cost of turning by one lattice heading while driving, in cells."""
     pivot_cost: float = 3.0
     """Cost of turning by one lattice heading on the spot, in cells."""
@@ -207,7 +207,7 @@ class GlobalPlanner:
         points = np.concatenate([self.local_xy(pose)[None], points[1:]])
         points = kernels.smooth(
             kernels.resample(points, 0.1),
-            self.clearance_m, self.resolution_m, 60, 0.45, 0.03, 0.15, 0.4, 0.2,
+            self.clearance_m, self.resolution_m, 150, 0.45, 0.015, 0.15, 0.4, 0.2,
         )  # fmt: skip
         return kernels.resample(points, 0.05), final_yaw
 
