@@ -11,6 +11,9 @@ __all__ = ["cast_packets"]
 _ORIGIN, _NEAR, _DIRECTION, _TIME, _FAR, _MASK, _ID, _FLAGS = 0, 3, 4, 7, 8, 9, 10, 11
 _U, _V, _FACE, _GEOMETRY, _INSTANCE, _ROWS = 15, 16, 17, 18, 19, 24
 _NOTHING = np.int32(-1)
+# Embree takes the reciprocal of anything smaller as positive, yet sorts the ray by its sign:
+# coherent packets then miss what is there.
+_TINY = np.float32(1e-12)
 
 
 @intrinsic
@@ -71,8 +74,9 @@ def cast_packets(
     for packet in range(packets):
         for k in range(width):
             forward, left = rays[packet, 0, k], rays[packet, 1, k]
-            record[_DIRECTION, k] = c * forward - s * left
-            record[_DIRECTION + 1, k] = s * forward + c * left
+            x, y = c * forward - s * left, s * forward + c * left
+            record[_DIRECTION, k] = x if abs(x) > _TINY else np.float32(0.0)
+            record[_DIRECTION + 1, k] = y if abs(y) > _TINY else np.float32(0.0)
             record[_DIRECTION + 2, k] = rays[packet, 2, k]
             record[_FAR, k] = far
             bits[_GEOMETRY, k] = _NOTHING

@@ -63,7 +63,7 @@ def nearest_hit(
     volume = np.einsum("ij,ij->i", edge_1, across)
     to_origin = origin_m - corner
     around = np.cross(to_origin, edge_1)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         u = np.einsum("ij,ij->i", to_origin, across) / volume
         v = around @ direction / volume
         t = np.einsum("ij,ij->i", edge_2, around) / volume
