@@ -1,18 +1,25 @@
-"""`toponav collect graphnav`: record expert drives with noise."""
+"""`toponav collect`: record the expert's drives, or a learner's with the expert's labels."""
 
 import json as json_module
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
+
+if TYPE_CHECKING:
+    from toponav.data.collect import CollectConfig
+    from toponav.data.driving import DriverFactory
 
 __all__ = ["collect_graphnav", "register"]
 
 
 def register() -> dict[tuple[str, ...], Callable[..., Any]]:
     """The commands of this module."""
-    return {("collect", "graphnav"): collect_graphnav}
+    return {
+        ("collect", "graphnav"): collect_graphnav,
+        ("collect", "dagger"): collect_dagger,
+    }
 
 
 def collect_graphnav(
@@ -58,12 +65,10 @@ def collect_graphnav(
         no_annotate: Leave out annotations.parquet.
         json: Print the dataset's statistics as JSON.
     """
-    from toponav.cli.data import print_statistics, progress
     from toponav.core.camera import PinholeCamera
-    from toponav.data.collect import CollectConfig, collect
+    from toponav.data.collect import CollectConfig
     from toponav.data.driving import StartConfig
     from toponav.data.noise import NoiseConfig
-    from toponav.data.statistics import dataset_statistics
 
     config = CollectConfig(
         episodes=episodes,
@@ -75,17 +80,86 @@ def collect_graphnav(
         start=StartConfig(any_yaw_fraction=any_yaw_fraction),
         camera=PinholeCamera(width=width, height=height),
     )
+    _record(out, config, None, workers, annotate=not no_annotate, json=json)
+    return 0
+
+
+def collect_dagger(
+    *,
+    out: Path,
+    weights: str,
+    episodes: int,
+    agent: Literal["gtl", "graphnav", "graphnav_pf"] = "gtl",
+    expert_share: float = 0.3,
+    workers: int = 1,
+    seed: int = 0,
+    buildings: tuple[str, ...] = ("offices-train",),
+    episodes_per_building: int = 10,
+    any_yaw_fraction: float = 0.2,
+    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
+) -> int:
+    """Collect a DAgger round: the learner drives, the expert says what it would have done.
+
+    Example: toponav collect dagger --out data/round1 --weights runs/compact --episodes 300
+
+    Train on it together with what was there: toponav train all --data CACHE0 CACHE1 ...
+
+    Args:
+        out: Folder of the dataset.
+        weights: Folder of the learner's checkpoints, or a shipped preset.
+        episodes: How many drives.
+        agent: Whose behaviours: gtl knows the true node, the others localize themselves.
+        expert_share: Fraction of the time that the expert has the wheel.
+        workers: Processes.
+        seed: Seed of the dataset.
+        buildings: As for `toponav collect graphnav`.
+        episodes_per_building: Drives in one building before the next one's turn.
+        any_yaw_fraction: Fraction of drives that start facing anywhere.
+        json: Print the dataset's statistics as JSON.
+    """
+    from toponav.data.collect import CollectConfig
+    from toponav.data.driving import StartConfig
+    from toponav.models.checkpoints import load_weights
+    from toponav.training.dagger import LearnerFactory
+
+    load_weights(weights)
+    config = CollectConfig(
+        episodes=episodes,
+        seed=seed,
+        buildings=buildings,
+        episodes_per_building=episodes_per_building,
+        attempts=1,
+        start=StartConfig(any_yaw_fraction=any_yaw_fraction),
+    )
+    learner = LearnerFactory(weights, agent, expert_share, config.camera)
+    _record(out, config, learner, workers, annotate=True, json=json)
+    return 0
+
+
+def _record(
+    out: Path,
+    config: "CollectConfig",
+    driver: "DriverFactory | None",
+    workers: int,
+    *,
+    annotate: bool,
+    json: bool,
+) -> None:
+    from toponav.cli.data import print_statistics, progress
+    from toponav.data.collect import collect
+    from toponav.data.statistics import dataset_statistics
+
     with progress("trajectories") as update:
         collect(
             out,
             config,
             workers=workers,
-            annotate=not no_annotate,
-            on_progress=lambda done: update(done, episodes),
+            driver=driver,
+            annotate=annotate,
+            on_progress=lambda done: update(done, config.episodes),
         )
     statistics = dataset_statistics(out)
     if json:
         print(json_module.dumps(statistics))
     else:
         print_statistics(statistics, out)
-    return 0

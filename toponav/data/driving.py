@@ -67,8 +67,10 @@ class Driver(Protocol):
     def reset(self, task: NavigationTask, random: np.random.Generator, attempt: int) -> None:
         """Begin a drive; `attempt` counts the earlier ones that ended in a collision."""
 
-    def act(self, observation: Observation, state: SimState, expert: Velocity) -> Velocity:
-        """The command to execute, given what the expert would do here."""
+    def act(
+        self, observation: Observation, state: SimState, expert: Velocity, node: str | None
+    ) -> Velocity:
+        """The command to execute, given what the expert would do here and the true node."""
 
 
 class DriverFactory(Protocol):
@@ -95,7 +97,9 @@ class NoisyExpert:
         self._noise = VelocityNoise(self._config, 0.5**attempt)
         self._random = random
 
-    def act(self, observation: Observation, state: SimState, expert: Velocity) -> Velocity:
+    def act(
+        self, observation: Observation, state: SimState, expert: Velocity, node: str | None
+    ) -> Velocity:
         """The expert's command plus noise."""
         return self._noise.apply(expert, self._random)
 
@@ -220,9 +224,10 @@ def drive(
             command = expert.act(state.pose, state.velocity)
         except InputError:
             return "stuck", ""
-        executed = simulation.limits.clip(driver.act(observation, state, command))
+        node = site.truth.node_at(state.pose)
+        executed = simulation.limits.clip(driver.act(observation, state, command, node))
         writer.append(observation.depth_m, state.pose, state.velocity, command, executed)
-        if outcome != "success" and site.truth.node_at(state.pose) == plan.nodes[-1]:
+        if outcome != "success" and node == plan.nodes[-1]:
             outcome, steps_left = "success", min(steps_left, after_goal_steps + 1)
         try:
             state = simulation.step(executed)
