@@ -1,6 +1,6 @@
 """DAgger: let the learner drive, record what the expert would have done there."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -80,7 +80,7 @@ class LearnerFactory:
     weights: str
     agent: RolloutAgent = "gtl"
     expert_share: float = 0.3
-    camera: PinholeCamera = PinholeCamera()
+    camera: PinholeCamera = field(default_factory=PinholeCamera)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.expert_share < 1.0:
