@@ -13,6 +13,7 @@ from rich.table import Table
 
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import Behavior
+from toponav.data.training_set import TrainingSet
 from toponav.models.graphnav.presets import PresetName, get_preset
 from toponav.training.config import Recipe, TrainingConfig, default_config
 from toponav.training.loop import Report, TrainingResult
@@ -33,7 +34,7 @@ def register() -> dict[tuple[str, ...], Callable[..., int]]:
 
 def behaviors(
     *,
-    data: Path,
+    data: tuple[Path, ...],
     out: Path,
     preset: PresetName = "compact",
     behavior: tuple[Behavior, ...] = (),
@@ -50,10 +51,10 @@ def behaviors(
 
     Killed or interrupted, the same command goes on after the last whole epoch.
 
-    Example: toponav train behaviors --data runs/offices --out runs/weights --threads 2
+    Example: toponav train behaviors --data runs/cache --out runs/weights --threads 2
 
     Args:
-        data: Dataset recorded by `toponav collect graphnav`.
+        data: Caches written by `toponav data prepare`; several are learned from as one.
         out: Folder for weights, metrics and the state to resume from.
         preset: Sizes of the networks.
         behavior: Behaviours to train; all when left out.
@@ -75,7 +76,7 @@ def behaviors(
         max_minutes=max_minutes,
         precision=precision,
     )
-    training_set = _open(data, preset)
+    training_set = _open(data)
     with _shown(json) as report:
         results = train_behaviors(
             training_set,
@@ -90,7 +91,7 @@ def behaviors(
 
 def localization(
     *,
-    data: Path,
+    data: tuple[Path, ...],
     out: Path,
     preset: PresetName = "compact",
     epochs: int | None = None,
@@ -106,10 +107,10 @@ def localization(
 
     Killed or interrupted, the same command goes on after the last whole epoch.
 
-    Example: toponav train localization --data runs/offices --out runs/weights --max-minutes 20
+    Example: toponav train localization --data runs/cache --out runs/weights --max-minutes 20
 
     Args:
-        data: Dataset recorded by `toponav collect graphnav`.
+        data: Caches written by `toponav data prepare`; several are learned from as one.
         out: Folder for weights, metrics and the state to resume from.
         preset: Sizes of the network.
         epochs: Epochs; the preset's number when left out.
@@ -130,7 +131,7 @@ def localization(
         max_minutes=max_minutes,
         precision=precision,
     )
-    training_set = _open(data, preset)
+    training_set = _open(data)
     with _shown(json) as report:
         result = train_localization(training_set, get_preset(preset), config, out, report=report)
     return _print([result], out, json)
@@ -138,7 +139,7 @@ def localization(
 
 def everything(
     *,
-    data: Path,
+    data: tuple[Path, ...],
     out: Path,
     preset: PresetName = "compact",
     seed: int = 0,
@@ -149,10 +150,10 @@ def everything(
 ) -> int:
     """Train the five behaviour networks, then localization: a folder that `--weights` takes.
 
-    Example: toponav train all --data runs/offices --out runs/weights --max-minutes 40
+    Example: toponav train all --data runs/cache --out runs/weights --max-minutes 40
 
     Args:
-        data: Dataset recorded by `toponav collect graphnav`.
+        data: Caches written by `toponav data prepare`; several are learned from as one.
         out: Folder for weights, metrics and the state to resume from.
         preset: Sizes of the networks.
         seed: Same seed, data and threads, same weights.
@@ -168,7 +169,7 @@ def everything(
             seed=seed, threads=threads, max_minutes=half, precision=precision
         )
 
-    training_set = _open(data, preset)
+    training_set = _open(data)
     networks = get_preset(preset)
     with _shown(json) as report:
         results = train_behaviors(training_set, networks, config("behaviors"), out, report=report)
@@ -178,17 +179,15 @@ def everything(
     return _print(results, out, json)
 
 
-def _open(directory: Path, preset: str) -> TrainingData:
-    from toponav.data.training_set import TrainingSet
-
-    if not directory.is_dir():
-        raise InputError(
-            "there is no such folder",
-            where=f"--data {directory}",
-            remedy="record one with `toponav collect graphnav`",
-        )
-    training_set: TrainingData = TrainingSet.open(directory)
-    return training_set
+def _open(directories: Sequence[Path]) -> TrainingData:
+    for directory in directories:
+        if not directory.is_dir():
+            raise InputError(
+                "there is no such folder",
+                where=f"--data {directory}",
+                remedy="record with `toponav collect graphnav`, then run `toponav data prepare`",
+            )
+    return TrainingSet.open(directories)
 
 
 class _Bar(AbstractContextManager["Report"]):

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -14,6 +13,7 @@ import torch
 
 import toponav
 from toponav.core.vocabulary import Behavior
+from toponav.data.dataset import environment
 from toponav.models.checkpoints import write_atomically
 from toponav.models.graphnav.behavior import BehaviorNetwork
 from toponav.models.graphnav.localization import LocalizationNetwork
@@ -120,7 +120,7 @@ def _metadata(preset: Preset, digest: str, val_buildings: tuple[str, ...]) -> di
     return {
         "preset": preset.name,
         "data_sha256": digest,
-        "commit": os.environ.get("TOPONAV_COMMIT", ""),
+        "environment": environment(),
         "validation_buildings": list(val_buildings),
     }
 

@@ -1,7 +1,7 @@
 """Which frames to learn from: stacks over time, validation buildings, mirror images."""
 
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import asdict, dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float32, Int8, Int32, Int64, Shaped, UInt8
@@ -15,6 +15,7 @@ from toponav.models.graphnav.presets import ImageSpec
 __all__ = ["FrameStacks", "TrainingData", "check_image", "split_frames"]
 
 
+@runtime_checkable
 class TrainingData(Protocol):
     """What a training set offers; `toponav.data.training_set.TrainingSet` is one.
 
@@ -94,11 +95,19 @@ def split_frames(data: TrainingData) -> Split:
 
 
 def check_image(data: TrainingData, image: ImageSpec, preset: str) -> None:
-    """Refuse a cache of another size than the preset's.
+    """Refuse a cache of another image than the preset's.
 
     Raises:
-        InputError: The sizes differ.
+        InputError: The size differs, or the way that depth became bytes.
     """
+    prepared = getattr(data, "image", {})
+    for name, value in asdict(image).items():
+        if name in prepared and prepared[name] != value:
+            raise InputError(
+                f"preset {preset} learns from {name} {value}, these frames have {prepared[name]}",
+                where="--data",
+                remedy=f"prepare the training cache for preset {preset}",
+            )
     size = tuple(data.frames.shape[1:])
     if size != (image.rows, image.cols):
         raise InputError(

@@ -1,7 +1,7 @@
 """What a training recipe has to say; the loop does the rest."""
 
 from collections.abc import Iterator
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from torch import Tensor, nn
@@ -12,6 +12,7 @@ from toponav.models.graphnav.localization import LocalizationNetwork
 __all__ = ["Task"]
 
 
+@runtime_checkable
 class Task(Protocol):
     """One network, its samples, its loss and its validation."""
 

@@ -1,7 +1,7 @@
 """Depth frames as the networks see them: resampled, clipped, one byte a pixel."""
 
 import math
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32, Int64, UInt8
@@ -15,6 +15,7 @@ __all__ = ["DepthResampler", "FrameHistory"]
 _CORNER_TOLERANCE_RAD = math.radians(2.0)
 
 
+@runtime_checkable
 class _ShowsImage(Protocol):
     """A preset, or the configuration of one network."""
 
@@ -178,4 +179,6 @@ class FrameHistory:
         """The frames at these steps before now, in the order given."""
         assert not self._is_empty, "push a frame first"
         assert max(offsets) < len(self._frames), (offsets, len(self._frames))
-        return self._frames[(self._newest - np.asarray(offsets)) % len(self._frames)]
+        rows = (self._newest - np.asarray(offsets)) % len(self._frames)
+        stacked: np.ndarray = self._frames[rows]
+        return stacked
