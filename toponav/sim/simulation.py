@@ -10,7 +10,7 @@ from toponav.core.episode import Observation, Velocity, VelocityLimits
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
 from toponav.sim.physics import build_model
-from toponav.sim.render import DepthRenderer, make_renderer
+from toponav.sim.render import DepthRenderer, check_backend, make_renderer
 from toponav.sim.robots import TURTLEBOT2, DifferentialRobot
 from toponav.worlds.scene import Scene, SemanticClass
 
@@ -74,6 +74,7 @@ class Simulation:
         backend: str = "auto",
         robot: DifferentialRobot = TURTLEBOT2,
     ) -> None:
+        check_backend(backend)
         self.scene = scene
         self.camera = camera
         self.limits = limits

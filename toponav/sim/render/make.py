@@ -8,9 +8,19 @@ from toponav.sim.render.base import DepthRenderer
 from toponav.sim.render.grid import GridRenderer
 from toponav.worlds.scene import Scene
 
-__all__ = ["Backend", "make_renderer"]
+__all__ = ["Backend", "check_backend", "make_renderer"]
 
 Backend = Literal["auto", "grid", "packets", "embreex", "reference"]
+
+
+def check_backend(backend: str) -> None:
+    """Nothing, when there is a backend of this name; else an error with the nearest one."""
+    if backend not in get_args(Backend):
+        raise InputError(
+            f"no renderer is called '{backend}'",
+            where="backend",
+            remedy=did_you_mean(backend, get_args(Backend)),
+        )
 
 
 def make_renderer(scene: Scene, camera: PinholeCamera, backend: str = "auto") -> DepthRenderer:
@@ -30,12 +40,7 @@ def make_renderer(scene: Scene, camera: PinholeCamera, backend: str = "auto") ->
         >>> renderer = make_renderer(scene, PinholeCamera(width=80, height=60))
         >>> depth_m = renderer.render(Pose2(1.0, 2.0, 0.0))
     """
-    if backend not in get_args(Backend):
-        raise InputError(
-            f"no renderer is called '{backend}'",
-            where="backend",
-            remedy=did_you_mean(backend, get_args(Backend)),
-        )
+    check_backend(backend)
     if backend == "grid" or (backend == "auto" and scene.is_extruded):
         return GridRenderer(scene, camera)
     if backend == "reference":
