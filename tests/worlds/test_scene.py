@@ -149,9 +149,9 @@ def test_mesh_with_impossible_faces_is_refused():
     labels = np.zeros(1, np.uint8), np.zeros(1, np.int32)
     with pytest.raises(InputError, match="faces index 3 vertices"):
         SceneMesh(vertices, np.array([[0, 1, 3]], np.int32), *labels)
+    broken = vertices.copy()
+    broken[1] = np.nan
     with pytest.raises(InputError, match="vertex 1"):
-        broken = vertices.copy()
-        broken[1] = np.nan
         SceneMesh(broken, np.array([[0, 1, 2]], np.int32), *labels)
 
 

@@ -14,8 +14,8 @@ __all__ = ["ObstacleHeights", "raise_obstacles"]
 
 _WALL_LENGTH_M = 2.5
 """Connected obstacles at least this long are walls."""
-_BETWEEN_M = 0.25
-"""A piece with two rooms this near stands between them: it is wall."""
+_BETWEEN_M, _SHARE = 0.25, 0.2
+"""A piece with two rooms this near, none with much less of the floor there, is wall."""
 _NOWHERE_M = 0.5
 """A piece further than this from any room is part of the building's outside."""
 _EDGE_M, _EDGE_LENGTH_M = 0.15, 0.6
@@ -84,8 +84,8 @@ def raise_obstacles(
     length_m = np.array([_length_cells(box) * resolution_m for box in boxes])
     is_wall = length_m >= _WALL_LENGTH_M
     if (room_index >= 0).any():
-        rooms_near = _rooms_near(room_index, pieces, count, _BETWEEN_M / resolution_m)
-        is_wall |= rooms_near >= 2
+        reach = _BETWEEN_M / resolution_m
+        is_wall |= _stand_between_rooms(room_index, pieces, count, reach)
         outside = ~indoors(room_index, resolution_m)
         to_outside_m = _least(_distance(outside) * resolution_m, pieces, count)
         is_wall |= (to_outside_m <= _EDGE_M) & (length_m >= _EDGE_LENGTH_M)
@@ -104,15 +104,22 @@ def raise_obstacles(
     return ObstacleHeights(heights_m, semantics)
 
 
-def _rooms_near(
+def _stand_between_rooms(
     room_index: np.ndarray, pieces: np.ndarray, count: int, reach_cells: float
 ) -> np.ndarray:
-    """For each piece, how many rooms have a cell within reach that is nearest to this piece."""
+    """For each piece, whether two rooms share the floor beside it.
+
+    A wall has floor of both rooms all along; a door leaf reaches the other room with its end.
+    """
     away, (row, col) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
     beside = (away <= reach_cells) & (room_index >= 0)
     rooms = int(room_index.max()) + 1
     pairs = pieces[row[beside], col[beside]].astype(np.int64) * rooms + room_index[beside]
-    return np.bincount(np.unique(pairs) // rooms, minlength=count + 1)[1:]
+    pair, cells = np.unique(pairs, return_counts=True)
+    most = np.zeros(count + 1)
+    np.maximum.at(most, pair // rooms, cells)
+    shares = cells >= _SHARE * most[pair // rooms]
+    return np.bincount(pair[shares] // rooms, minlength=count + 1)[1:] >= 2
 
 
 def _distance(there: np.ndarray) -> np.ndarray:

@@ -1,0 +1,55 @@
+import json
+
+import pytest
+
+from tests.worlds.test_stanford import write_area
+from toponav.cli.main import main
+from toponav.worlds.storage import load_scene
+
+
+def test_imported_area_can_be_shown(tmp_path, capsys):
+    area, scene = write_area(tmp_path), tmp_path / "scene"
+    assert main(["scene", "import", str(area), "--out", str(scene), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["rooms"] == {"conference_room": 1, "hallway": 1}
+    assert facts["size_m"] == [6.0, 4.0]
+    assert facts["content_hash"] == load_scene(scene).content_hash
+    plan = tmp_path / "plan.png"
+    assert main(["scene", "show", str(scene), "--out", str(plan), "--views", "1"]) == 0
+    assert plan.stat().st_size > 10_000
+    assert "conference_room" in capsys.readouterr().out
+
+
+def test_generated_office_is_a_pure_function_of_its_seed(tmp_path, capsys):
+    words = ["scene", "generate", "office", "--seed", "5", "--size", "small", "--json", "--out"]
+    hashes = []
+    for name in ("a", "b"):
+        assert main([*words, str(tmp_path / name)]) == 0
+        hashes.append(json.loads(capsys.readouterr().out)["content_hash"])
+    assert hashes[0] == hashes[1]
+    loaded = load_scene(tmp_path / "a")
+    assert loaded.doors
+    assert loaded.layout is not None
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["import", "house.world", "--out", "o"], "Gazebo worlds cannot be imported yet"),
+        (["import", "notes.txt", "--out", "o"], "is no yaml file of a map"),
+        (["import", "none.yaml", "--out", "o"], "no such file"),
+        (["import", "none.yaml", "--out", "o", "--seed", "-1"], "seed must not be negative"),
+        (["generate", "home", "--out", "o"], "homes cannot be generated yet"),
+        (["show", "nowhere"], "cannot be read"),
+        (["show", "nowhere", "--out", "plan.gif"], "must be PNG, PDF or SVG"),
+        (["show", "nowhere", "--views", "99"], "views must lie in 0..24"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_one(words, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["scene", *words]) == 1
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Remedy:" in error
+    assert error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
