@@ -33,8 +33,7 @@ def read_arrays(path: Path, grid: GridFrame, extruded: bool) -> dict[str, np.nda
     try:
         with zipfile.ZipFile(path) as archive:
             for name, (dtype, shape) in wanted.items():
-                with archive.open(f"{name}.npy") as stream:
-                    arrays[name] = _read_npy(stream, name, np.dtype(dtype), shape)
+                arrays[name] = _read_npy(archive, name, np.dtype(dtype), shape)
     except OSError as error:
         raise InputError(
             f"cannot be read ({error.strerror or error})",
@@ -51,20 +50,20 @@ def read_arrays(path: Path, grid: GridFrame, extruded: bool) -> dict[str, np.nda
 
 
 def _read_npy(
-    stream: zipfile.ZipExtFile, name: str, dtype: np.dtype[Any], shape: tuple[int | None, ...]
+    archive: zipfile.ZipFile, name: str, dtype: np.dtype[Any], shape: tuple[int | None, ...]
 ) -> np.ndarray:
     """One array, its header checked before any memory is taken for it."""
-    version = np.lib.format.read_magic(stream)
-    if version != (1, 0):
-        raise ValueError(f"{name} is of an unknown format")
-    found, in_columns, found_dtype = np.lib.format.read_array_header_1_0(stream)
-    fits = len(found) == len(shape) and all(
-        size is None or size == got for size, got in zip(shape, found, strict=True)
-    )
-    if not fits or in_columns or found_dtype != dtype or math.prod(found) > _MAX_ITEMS:
-        raise ValueError(f"{name} must be {dtype}{list(shape)}, got {found_dtype}{list(found)}")
-    size = math.prod(found) * dtype.itemsize
-    data = stream.read(size)
+    with archive.open(f"{name}.npy") as stream:
+        if np.lib.format.read_magic(stream) != (1, 0):
+            raise ValueError(f"{name} is of an unknown format")
+        found, in_columns, found_dtype = np.lib.format.read_array_header_1_0(stream)
+        fits = len(found) == len(shape) and all(
+            size is None or size == got for size, got in zip(shape, found, strict=True)
+        )
+        if not fits or in_columns or found_dtype != dtype or math.prod(found) > _MAX_ITEMS:
+            raise ValueError(f"{name} must be {dtype}{list(shape)}, got {found_dtype}{list(found)}")
+        size = math.prod(found) * dtype.itemsize
+        data = stream.read(size)
     if len(data) != size:
         raise ValueError(f"{name} is cut")
     return np.frombuffer(data, dtype).reshape(found).copy()

@@ -10,7 +10,7 @@ from toponav.worlds.grid import SemanticClass
 
 __all__ = ["Canvas", "Mask", "ragged", "scanned"]
 
-Mask = Bool[np.ndarray, "rows cols"]
+Mask = Bool[np.ndarray, "piece_rows piece_cols"]
 
 
 @dataclass
