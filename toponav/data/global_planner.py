@@ -15,6 +15,7 @@ from scipy import ndimage
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
 from toponav.data import planning_kernels as kernels
+from toponav.data.tracking_kernels import chord_clearance
 from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap
 from toponav.worlds.free_space import FreeSpace
@@ -33,7 +34,7 @@ class PlannerCosts:
 
     hard_m: float = 0.20
     """Robot centres nearer than this to an obstacle are forbidden where a way exists without."""
-    least_m: float = 0.178
+    least_m: float = 0.185
     """Robot centres nearer than this are always forbidden."""
     tight_m: float = 0.30
     """Nearer than this is dear."""
@@ -259,6 +260,8 @@ class GlobalPlanner:
         turn = 2 * math.pi / kernels.HEADINGS
         heading = round(pose.yaw_rad / turn) % kernels.HEADINGS
         row, col = int(y / _CELL_M), int(x / _CELL_M)
+        own = kernels.sample_bilinear(self.clearance_m, self.resolution_m, x, y)
+        floor = min(own, self.costs.least_m) - 0.02
         best = None
         for radius in (1, 3, 6):
             low_row, low_col = max(0, row - radius), max(0, col - radius)
@@ -268,10 +271,12 @@ class GlobalPlanner:
                 state = int(patch[dr, dc]) * kernels.HEADINGS + heading
                 if field.value[state] >= 1 << 30:
                     continue
-                away = math.hypot(
-                    (low_col + dc + 0.5) * _CELL_M - x, (low_row + dr + 0.5) * _CELL_M - y
-                )
-                if best is None or away < best[0]:
+                to_x, to_y = (low_col + dc + 0.5) * _CELL_M, (low_row + dr + 0.5) * _CELL_M
+                away = math.hypot(to_x - x, to_y - y)
+                if best is not None and away >= best[0]:
+                    continue
+                between = chord_clearance(self.clearance_m, self.resolution_m, x, y, to_x, to_y)
+                if between >= floor:
                     best = (away, state)
             if best is not None:
                 return best[1]

@@ -14,7 +14,12 @@ __all__ = ["PathFollower"]
 _LOST_M = 0.6
 _PERIOD_S = 0.2
 _SETTINGS = kernels.FollowSettings(
-    lag_s=0.15, reach_m=0.5, gain=2.0, pivot_angle_rad=math.radians(50.0), hard_m=0.19
+    lag_s=0.15,
+    reach_m=0.5,
+    gain=2.0,
+    pivot_angle_rad=math.radians(50.0),
+    hard_m=0.19,
+    least_m=0.18,
 )
 
 

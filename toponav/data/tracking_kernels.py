@@ -12,6 +12,7 @@ __all__ = [
     "FollowSettings",
     "Ground",
     "PathArrays",
+    "chord_clearance",
     "curvature",
     "follow",
     "nearest_on_path",
@@ -47,7 +48,9 @@ class FollowSettings(NamedTuple):
     pivot_angle_rad: float
     """From this angle on it turns on the spot."""
     hard_m: float
-    """Clearance that no command may take from it."""
+    """Clearance that no command may take from it where the path has more."""
+    least_m: float
+    """Clearance that no command may take from it anywhere."""
 
 
 @njit(cache=True)
@@ -106,7 +109,7 @@ def nearest_on_path(points, x, y, low, high):
 
 
 @njit(cache=True)
-def _chord_clearance(clearance, resolution_m, ax, ay, bx, by):
+def chord_clearance(clearance, resolution_m, ax, ay, bx, by):
     """Least clearance along a straight line."""
     length = math.hypot(bx - ax, by - ay)
     pieces = int(length / 0.05) + 1
@@ -170,7 +173,7 @@ def follow(path, index, pose, velocity, ground, limits, settings):
     floor = min(own, hard_m + 0.02) - 0.01
     while target > here + 3:
         tx, ty = points[target]
-        if _chord_clearance(clearance, resolution_m, x_then, y_then, tx, ty) >= floor:
+        if chord_clearance(clearance, resolution_m, x_then, y_then, tx, ty) >= floor:
             break
         target -= 1
     tx, ty = points[target]
@@ -187,6 +190,9 @@ def follow(path, index, pose, velocity, ground, limits, settings):
     # Slow down until the command can be braked before anything is nearer than allowed.
     now = sample_bilinear(clearance, resolution_m, x, y)
     allowed = min(hard_m, now - 0.003)
+    for i in range(here, min(count, here + 15)):
+        near = sample_bilinear(clearance, resolution_m, points[i, 0], points[i, 1])
+        allowed = min(allowed, max(settings.least_m, near - 0.006))
     for attempt in range(3):
         share = 1.0 - 0.25 * attempt
         least = _stop_clearance(
