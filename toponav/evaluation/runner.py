@@ -34,7 +34,7 @@ from toponav.evaluation.records import (
 from toponav.evaluation.suite import Suite, SuiteSource, load_suite
 from toponav.evaluation.worker import EpisodeWorker, RunSettings
 
-__all__ = ["Evaluation", "EvaluationConfig", "Progress", "evaluate"]
+__all__ = ["Evaluation", "EvaluationConfig", "Progress", "evaluate", "use_one_thread"]
 
 Progress = Callable[[int, int], None]
 """Told how many episodes are done, and of how many."""
@@ -143,7 +143,7 @@ def _run_jobs(
     if not jobs:
         return
     if config.workers == 1:
-        _use_one_thread()
+        use_one_thread()
         for job in jobs:
             _run_and_save(worker, config.out, job, keys[job])
             yield job
@@ -190,7 +190,7 @@ def _start_worker(source: SuiteSource, settings: RunSettings, out: Path, parent:
     global _worker, _worker_out
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, args=(parent,), daemon=True).start()
-    _use_one_thread()
+    use_one_thread()
     _worker = EpisodeWorker(load_suite(source), settings)
     _worker_out = out
 
@@ -213,7 +213,7 @@ def _end_with_parent(parent: int) -> None:
     os._exit(1)
 
 
-def _use_one_thread() -> None:
+def use_one_thread() -> None:
     """One thread a process: as many workers as cores, and sums in the same order anywhere."""
     import torch
 
