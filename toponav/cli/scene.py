@@ -175,10 +175,9 @@ def _figure(scene: "Scene", views: int) -> "Figure":
     from toponav.worlds.draw import draw_plan
 
     poses = _view_poses(scene, views)
-    figure = Figure(figsize=(9.0, 9.0 + (2.2 if poses else 0.0)), layout="constrained")
-    grid = figure.add_gridspec(
-        2 if poses else 1, max(len(poses), 1), height_ratios=[9, 2.2][: 2 if poses else 1]
-    )
+    heights = [min(9.0 * scene.grid.rows / scene.grid.cols, 14.0), 2.2][: 2 if poses else 1]
+    figure = Figure(figsize=(9.0, sum(heights)), layout="constrained")
+    grid = figure.add_gridspec(len(heights), max(len(poses), 1), height_ratios=heights)
     plan = figure.add_subplot(grid[0, :])
     draw_plan(plan, scene)
     plan.set_title(scene.name)
