@@ -18,8 +18,11 @@ def room(rows: int = 40, cols: int = 60, **obstacles_m: tuple[slice, slice, floa
     semantics = np.where(heights_m > 0, SemanticClass.FURNITURE, SemanticClass.FLOOR)
     semantics[heights_m == CEILING_M] = SemanticClass.WALL
     return scene_from_heights(
-        "room", GridFrame(CELL_M, (0.0, 0.0), rows, cols), heights_m,
-        ceiling_m=CEILING_M, semantics=semantics,
+        "room",
+        GridFrame(CELL_M, (0.0, 0.0), rows, cols),
+        heights_m,
+        ceiling_m=CEILING_M,
+        semantics=semantics,
     )
 
 

@@ -115,7 +115,7 @@ def test_random_starts_touch_nothing(env: BehavioralNavEnv) -> None:
 @pytest.mark.parametrize("action", [[math.nan, 0.0], [0.1, math.inf], [0.1], [0.1, 0.2, 0.3]])
 def test_action_that_is_no_command_is_refused(env: BehavioralNavEnv, action: list[float]) -> None:
     env.reset(seed=0)
-    with pytest.raises(InputError, match="two finite numbers.*Remedy: stop the robot"):
+    with pytest.raises(InputError, match=r"two finite numbers.*Remedy: stop the robot"):
         env.step(np.array(action, np.float32))
 
 

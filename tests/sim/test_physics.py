@@ -161,7 +161,7 @@ def test_velocity_that_is_not_finite_never_reaches_the_physics(
     simulation = Simulation(furnished)
     before = simulation.reset(Pose2(1.0, 1.0, 0.0))
     for command in (Velocity(bad, 0.0), Velocity(0.0, bad)):
-        with pytest.raises(InputError, match="a velocity must be finite.*control step 0|step 0"):
+        with pytest.raises(InputError, match="control step 0: a velocity must be finite"):
             simulation.step(command)
     assert simulation.state == before
 

@@ -87,7 +87,9 @@ def random_plans(draw: st.DrawFn) -> tuple[np.ndarray, tuple[float, float]]:
 
 
 # Without shrinking: a failing view is small already, and the reference is slow.
-@settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
+@settings(
+    max_examples=40, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate]
+)
 @given(
     plan=random_plans(),
     yaw_rad=st.one_of(st.sampled_from([0.0, math.pi / 2, -math.pi]), st.floats(-4, 4)),
@@ -192,7 +194,7 @@ def test_auto_falls_back_to_plain_embreex(
     scanned = dataclasses.replace(furnished, imported_mesh=furnished.mesh)
     monkeypatch.setattr(packets, "load_library", lambda: None)
     assert make_renderer(scanned, SMALL).backend == "embreex"
-    with pytest.raises(InputError, match="could not be reached.*Remedy: use backend='auto'"):
+    with pytest.raises(InputError, match=r"could not be reached.*Remedy: use backend='auto'"):
         make_renderer(scanned, SMALL, "packets")
 
 

@@ -1,6 +1,6 @@
 """`toponav/BehavioralNav-v0`: a depth camera on a TurtleBot 2, driven at 5 Hz."""
 
-from typing import Any, ClassVar, Literal, get_args
+from typing import Any, Literal, get_args
 
 import gymnasium
 import numpy as np
@@ -48,7 +48,7 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         >>> observation, *_, info = env.step(np.array([0.5, 0.0], np.float32))
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
         "render_modes": ["rgb_array"],
         "render_fps": round(1 / CONTROL_PERIOD_S),
     }
@@ -85,7 +85,7 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         image = gymnasium.spaces.Box(
             0.0, camera.max_depth_m, (camera.height, camera.width), np.float32
         )
-        self.observation_space = gymnasium.spaces.Dict({"depth": image})
+        self.observation_space = gymnasium.spaces.Dict({"depth": image})  # type: ignore[assignment]
         self._steps = 0
         self._start_cells: np.ndarray | None = None
         self._depth_m: Float32[np.ndarray, "height width"] | None = None
@@ -131,7 +131,7 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         terminated = state.contact is not None and self.collisions == "fatal"
         return self._observe(), 0.0, terminated, self._steps >= self.max_steps, _info(state)
 
-    def render(self) -> UInt8[np.ndarray, "height width 3"] | None:  # type: ignore[override]
+    def render(self) -> UInt8[np.ndarray, "height width 3"] | None:
         """The depth image in colour, near red to far blue, when `render_mode` is rgb_array."""
         if self.render_mode is None or self._depth_m is None:
             return None

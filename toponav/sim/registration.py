@@ -15,6 +15,4 @@ def register() -> None:
     from gymnasium.envs import registration
 
     if BEHAVIORAL_NAV_ID not in registration.registry:
-        registration.register(
-            id=BEHAVIORAL_NAV_ID, entry_point="toponav.sim.env:BehavioralNavEnv"
-        )
+        registration.register(id=BEHAVIORAL_NAV_ID, entry_point="toponav.sim.env:BehavioralNavEnv")

@@ -181,9 +181,7 @@ class Simulation:
         if linear == goal.linear_m_s and angular == goal.angular_rad_s:
             return
         linear = _approach(linear, goal.linear_m_s, self.limits.linear_m_s2 * _TIMESTEP_S)
-        angular = _approach(
-            angular, goal.angular_rad_s, self.limits.angular_rad_s2 * _TIMESTEP_S
-        )
+        angular = _approach(angular, goal.angular_rad_s, self.limits.angular_rad_s2 * _TIMESTEP_S)
         self._setpoint = (linear, angular)
         turn = angular * self.robot.wheel_separation_m / 2
         control = self._data.ctrl
@@ -240,5 +238,3 @@ class Simulation:
 def _approach(value: float, goal: float, most: float) -> float:
     """`value` moved towards `goal` by no more than `most`."""
     return min(goal, value + most) if goal > value else max(goal, value - most)
-
-

@@ -13,16 +13,16 @@ from numba import njit
 __all__ = ["render_level", "render_tilted"]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def render_level(
+@njit(cache=True, nogil=True, error_model="numpy")
+def render_level(  # type: ignore[no-untyped-def]
     heights_m, resolution_m, column, row, yaw_rad, camera_m, ceiling_m, left, up, open_m, far_m
 ):
     """Z-depth of a level camera: one walk over the plan per image column.
 
     All pixels of a column look in the same compass direction, so one horizontal walk finds what
     each of them hits: an obstacle hides every ray below its top edge, and what is not hidden
-    goes on. The grid's edge is a wall. `open_m` is the depth of floor or ceiling per image row, clipped at `far_m`;
-    `column` and `row` are the camera's position in cells, fractional.
+    goes on. The grid's edge is a wall. `open_m` is the depth of floor or ceiling per image row,
+    clipped at `far_m`; `column` and `row` are the camera's position in cells, fractional.
     """
     height, width = up.size, left.size
     n_rows, n_columns = heights_m.shape
@@ -33,7 +33,7 @@ def render_level(
     low_pixel = np.empty(height * width, np.int32)
     low_m = np.empty(height * width, np.float32)
     n_low = 0
-    camera_row, camera_column = int(math.floor(row)), int(math.floor(column))
+    camera_row, camera_column = math.floor(row), math.floor(column)
     for u in range(width):
         dx = (cosine - sine * left[u]) / resolution_m
         dy = (sine + cosine * left[u]) / resolution_m
@@ -90,8 +90,8 @@ def render_level(
     return image
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def render_tilted(
+@njit(cache=True, nogil=True, error_model="numpy")
+def render_tilted(  # type: ignore[no-untyped-def]
     heights_m, resolution_m, column, row, yaw_rad, camera_m, ceiling_m, rays, far_m
 ):
     """Z-depth of a pitched camera: one walk over the plan per pixel."""
@@ -107,11 +107,13 @@ def render_tilted(
     return image
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _walk(heights_m, column, row, dx, dy, up, camera_m, ceiling_m, far_m):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _walk(  # type: ignore[no-untyped-def]
+    heights_m, column, row, dx, dy, up, camera_m, ceiling_m, far_m
+):
     """Depth at which one ray meets floor, ceiling or an obstacle, at most `far_m`."""
     n_rows, n_columns = heights_m.shape
-    i, j = int(math.floor(row)), int(math.floor(column))
+    i, j = math.floor(row), math.floor(column)
     per_x, per_y = abs(1.0 / dx), abs(1.0 / dy)
     step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
     next_x = ((j + 1 - column) if dx > 0 else (column - j)) * per_x if dx != 0 else math.inf

@@ -1,7 +1,9 @@
 """Compiled loop that fills packets of rays and hands them to Embree."""
 
+from typing import Any
+
 import numpy as np
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import njit, types
 from numba.extending import intrinsic
 
@@ -16,8 +18,9 @@ _NOTHING = np.int32(-1)
 _TINY = np.float32(1e-12)
 
 
-@intrinsic
-def _intersect(typing_context, function, valid, scene, rays, arguments):
+def _typed_call(  # type: ignore[no-untyped-def]
+    typing_context, function, valid, scene, rays, arguments
+):
     """Calls `void function(valid, scene, rays, arguments)` at an address known at run time.
 
     Taking the address as a value, instead of a ctypes function as a constant, lets numba keep
@@ -25,7 +28,7 @@ def _intersect(typing_context, function, valid, scene, rays, arguments):
     """
     signature = types.void(types.intp, types.intp, types.intp, types.intp, types.intp)
 
-    def generate(context, builder, _signature, values):
+    def generate(context, builder, _signature, values):  # type: ignore[no-untyped-def]
         word = context.get_value_type(types.intp)
         kind = ir.FunctionType(ir.VoidType(), [word] * 4)
         builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
@@ -34,8 +37,11 @@ def _intersect(typing_context, function, valid, scene, rays, arguments):
     return signature, generate
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def cast_packets(
+_intersect: Any = intrinsic(_typed_call)
+
+
+@njit(cache=True, nogil=True)
+def cast_packets(  # type: ignore[no-untyped-def]
     function, scene, arguments, rays, pixels, origin, cosine, sine, far_m, depth_m, face, uv
 ):
     """Writes depth, and face and barycentric coordinates where `face` is not empty.
