@@ -37,7 +37,11 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
         "did you mean 'turn_left'?"
     """
     names = sorted(valid)
-    near = difflib.get_close_matches(name, names, n=1)
+    by_lower_case = {valid_name.lower(): valid_name for valid_name in names}
+    near = difflib.get_close_matches(name, names, n=1) or [
+        by_lower_case[found]
+        for found in difflib.get_close_matches(name.lower(), by_lower_case, n=1)
+    ]
     if near:
         return f"did you mean '{near[0]}'?"
     shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")

@@ -186,7 +186,8 @@ def _draw_nodes(axes: Axes, topological_map: TopologicalMap, plan: Plan | None) 
     for kind, (marker, size) in _MARKERS.items():
         points = np.array([(n.x_m, n.y_m) for n in topological_map.nodes if n.kind is kind])
         if points.size:
-            axes.scatter(*points.T, s=size, marker=marker, color="black", linewidths=0, zorder=6)
+            x_m, y_m = points.T
+            axes.scatter(x_m, y_m, s=size, marker=marker, color="black", linewidths=0, zorder=6)
     if plan is None:
         return
     for node_id, text in ((plan.nodes[0], "start"), (plan.nodes[-1], "goal")):

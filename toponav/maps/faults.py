@@ -90,6 +90,8 @@ class Building:
 
     rooms: Mapping[str, RoomKind] | None = None
     """Its rooms by exact name."""
+    rooms_left_out: frozenset[str] = frozenset()
+    """Rooms that are left out of the map on purpose."""
     room_at: Callable[[float, float], str | None] | None = None
     """The room at a position in the map's frame, in metres."""
     is_free: Callable[[float, float], bool] | None = None

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from jaxtyping import Float
 
 from toponav.core.vocabulary import Behavior, NodeKind
 from toponav.maps.faults import Building, Fault, Rule, Severity, edge_fault, node_fault
@@ -23,12 +24,15 @@ __all__ = [
 ]
 
 _PASSAGES = (NodeKind.HALLWAY, NodeKind.OPEN_SPACE)
-# Lanes of one corridor lie this close to each other.
+# Lanes of one corridor lie this close to each other, and end this far from each other.
 _LANE_DISTANCE_M = 1.5
+_LANE_OVERHANG_M = 0.5
 _OPPOSITE_RAD = math.radians(140.0)
 
 
-def check_one_node_per_room(topological_map: TopologicalMap, building: Building) -> Iterator[Fault]:
+def check_one_node_per_room(
+    topological_map: TopologicalMap, building: Building
+) -> Iterator[Fault]:
     """Rule 1: each room has its own single node."""
     for room, nodes in _enclosed_rooms(topological_map).items():
         centers = [node for node in nodes if node.kind is NodeKind.ROOM]
@@ -53,7 +57,8 @@ def check_one_node_per_room(topological_map: TopologicalMap, building: Building)
                 Rule.ONE_NODE_PER_ROOM, node, "a room node without a room", "name its room"
             )
     for room, kind in sorted((building.rooms or {}).items()):
-        if kind.is_enclosed and room not in topological_map.rooms:
+        drawn = room in topological_map.rooms or room in building.rooms_left_out
+        if kind.is_enclosed and not drawn:
             yield Fault(
                 Rule.ONE_NODE_PER_ROOM,
                 Severity.WARNING,
@@ -143,7 +148,7 @@ def check_corridors_have_two_lanes(
         turn = np.abs((headings - edge.yaw_rad + math.pi) % (2 * math.pi) - math.pi)
         opposite = segments[turn > _OPPOSITE_RAD]
         middle = segments[position].mean(axis=0)
-        if opposite.size == 0 or _distance_to_segments(middle, opposite) > _LANE_DISTANCE_M:
+        if not _lies_beside(middle, opposite):
             yield edge_fault(
                 topological_map,
                 Rule.TWO_LANES,
@@ -213,13 +218,18 @@ def _xy(topological_map: TopologicalMap, node_id: str) -> tuple[float, float]:
     return node.x_m, node.y_m
 
 
-def _distance_to_segments(point: np.ndarray, segments: np.ndarray) -> float:
-    """Distance from a point to the nearest of some segments [segments, ends, xy]."""
+def _lies_beside(
+    point: Float[np.ndarray, "2"], segments: Float[np.ndarray, "segments 2 2"]
+) -> bool:
+    """Whether any of some segments passes beside a point, at the distance of a lane."""
     start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
-    squared = np.maximum((along**2).sum(axis=1), 1e-12)
-    fraction = np.clip(((point - start) * along).sum(axis=1) / squared, 0.0, 1.0)
-    nearest = start + fraction[:, None] * along
-    return float(np.hypot(*(nearest - point).T).min())
+    length_m = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)
+    unit = along / length_m[:, None]
+    offset = point - start
+    forward_m = (offset * unit).sum(axis=1)
+    aside_m = np.abs(offset[:, 0] * unit[:, 1] - offset[:, 1] * unit[:, 0])
+    within = (forward_m > -_LANE_OVERHANG_M) & (forward_m < length_m + _LANE_OVERHANG_M)
+    return bool((within & (aside_m < _LANE_DISTANCE_M)).any())
 
 
 def _described(node: Node) -> str:

@@ -8,7 +8,7 @@ import networkx as nx
 from toponav.core.geometry import angle_difference
 from toponav.core.vocabulary import Behavior, NodeKind
 from toponav.maps.faults import Building, Fault, Rule, Severity, edge_fault, node_fault
-from toponav.maps.spec import Edge, TopologicalMap
+from toponav.maps.spec import Edge, Node, TopologicalMap
 
 __all__ = [
     "check_behaviors",
@@ -19,10 +19,12 @@ __all__ = [
 ]
 
 _SHORTEST_EDGE_M = 0.01
+_LANE_DISTANCE_M = 1.5
 _LENGTH_TOLERANCE_M = 0.1
 _LONGEST_DETOUR = 3.0
 _YAW_TOLERANCE_RAD = 0.2 * math.pi
-_CONTRADICTION_RAD = math.radians(30.0)
+# The heading at a door is only as good as the place of the room's node.
+_CONTRADICTION_RAD = {True: math.radians(45.0), False: math.radians(30.0)}
 _BEND_RAD = math.radians(75.0)
 
 
@@ -66,7 +68,11 @@ def check_geometry(topological_map: TopologicalMap, building: Building) -> Itera
                 "move one of its nodes, or set the length that the robot drives",
             )
             continue
-        if not straight_m - _LENGTH_TOLERANCE_M <= edge.length_m <= straight_m * _LONGEST_DETOUR + 1:
+        if (
+            not straight_m - _LENGTH_TOLERANCE_M
+            <= edge.length_m
+            <= straight_m * _LONGEST_DETOUR + 1
+        ):
             yield edge_fault(
                 topological_map,
                 Rule.LENGTH_FITS,
@@ -97,9 +103,10 @@ def check_behaviors(topological_map: TopologicalMap, building: Building) -> Iter
         if before_rad is None or edge.behavior is Behavior.FIND_DOOR:
             continue
         turn_rad = angle_difference(edge.yaw_rad, before_rad)
+        tolerance_rad = _CONTRADICTION_RAD[topological_map.node(edge.source).kind is NodeKind.DOOR]
         wrong = {
-            Behavior.TURN_LEFT: turn_rad < -_CONTRADICTION_RAD,
-            Behavior.TURN_RIGHT: turn_rad > _CONTRADICTION_RAD,
+            Behavior.TURN_LEFT: turn_rad < -tolerance_rad,
+            Behavior.TURN_RIGHT: turn_rad > tolerance_rad,
             Behavior.STRAIGHT: abs(turn_rad) > _BEND_RAD,
             Behavior.CORRIDOR_FOLLOW: abs(turn_rad) > _BEND_RAD,
         }[edge.behavior]
@@ -122,10 +129,13 @@ def check_reachability(topological_map: TopologicalMap, building: Building) -> I
         return
     graph = topological_map.to_networkx()
     # Of parts with the same size the one with the first node, so that reports repeat.
-    parts = sorted(nx.strongly_connected_components(graph), key=lambda part: (-len(part), min(part)))
+    parts = sorted(
+        nx.strongly_connected_components(graph), key=lambda part: (-len(part), min(part))
+    )
     inside = min(parts[0])
     reached = nx.descendants(graph, inside) | parts[0]
     returning = nx.ancestors(graph, inside) | parts[0]
+    open_ends = _open_ends(topological_map)
     for node in topological_map.nodes:
         if node.kind is NodeKind.ROOM:
             for holds, what, how in (
@@ -139,12 +149,11 @@ def check_reachability(topological_map: TopologicalMap, building: Building) -> I
                         f"it cannot be {what} the main part of the map",
                         f"add {how}",
                     )
-        elif not topological_map.out_edges(node.id) or not topological_map.in_edges(node.id):
-            leaves = bool(topological_map.out_edges(node.id))
+        elif node.id in open_ends and not _ends_a_corridor(topological_map, node, open_ends):
             yield node_fault(
                 Rule.CONNECTED,
                 node,
-                f"no edge {'reaches' if leaves else 'leaves'} it",
+                f"no edge {' or '.join(open_ends[node.id])} it",
                 "add the missing edges, or remove the node",
                 severity=Severity.WARNING,
             )
@@ -161,7 +170,11 @@ def check_places(topological_map: TopologicalMap, building: Building) -> Iterato
                 "move it away from walls and furniture",
                 severity=Severity.WARNING,
             )
-        if building.rooms is not None and node.room is not None and node.room not in building.rooms:
+        if (
+            building.rooms is not None
+            and node.room is not None
+            and node.room not in building.rooms
+        ):
             yield node_fault(
                 Rule.KNOWN_ROOM,
                 node,
@@ -179,6 +192,36 @@ def check_places(topological_map: TopologicalMap, building: Building) -> Iterato
                     f"move it into {node.room}, or correct its room",
                     severity=Severity.WARNING if is_door else Severity.ERROR,
                 )
+
+
+def _open_ends(topological_map: TopologicalMap) -> dict[str, tuple[str, ...]]:
+    """What no edge does to a node, of the nodes that lack an edge in or out."""
+    found: dict[str, tuple[str, ...]] = {}
+    for node in topological_map.nodes:
+        edges = {
+            "reaches": topological_map.in_edges(node.id),
+            "leaves": topological_map.out_edges(node.id),
+        }
+        lacking = tuple(how for how, present in edges.items() if not present)
+        if lacking:
+            found[node.id] = lacking
+    return found
+
+
+def _ends_a_corridor(
+    topological_map: TopologicalMap, node: Node, open_ends: dict[str, tuple[str, ...]]
+) -> bool:
+    """Whether one lane of a corridor ends here where the other begins, as drawings do."""
+    if node.kind is NodeKind.DOOR or len(open_ends[node.id]) > 1:
+        return False
+    others = (topological_map.node(other) for other in open_ends if other != node.id)
+    return any(
+        len(open_ends[other.id]) == 1
+        and open_ends[other.id] != open_ends[node.id]
+        and other.kind is node.kind
+        and other.distance_to(node) < _LANE_DISTANCE_M
+        for other in others
+    )
 
 
 def _heading_before(topological_map: TopologicalMap, edge: Edge) -> float | None:

@@ -3,10 +3,9 @@
 import functools
 import json
 import math
-from collections.abc import Iterable
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
@@ -35,7 +34,9 @@ _SHOWN_CHARACTERS = 60
 @functools.cache
 def map_schema() -> dict[str, Any]:
     """The JSON Schema of `*.topo.json`, as shipped in the package."""
-    text = resources.files("toponav.maps").joinpath("topological_map.schema.json").read_text("utf-8")
+    text = (
+        resources.files("toponav.maps").joinpath("topological_map.schema.json").read_text("utf-8")
+    )
     schema: dict[str, Any] = json.loads(text)
     return schema
 
@@ -166,7 +167,7 @@ def _version_rule(document: dict[str, Any]) -> str:
                 "this is a drawing of the GraphNav authors' canvas: "
                 "`toponav map build AREA.yaml --out MAP` converts it"
             )
-        return f"missing; this package reads version {FORMAT_VERSION} of the format"
+        return f"missing; this package reads version {FORMAT_VERSION}"
     version = document["version"]
     newer = isinstance(version, int) and not isinstance(version, bool) and version > FORMAT_VERSION
     advice = ": upgrade toponav" if newer else ""
@@ -187,19 +188,19 @@ def _place(error: ValidationError, document: dict[str, Any]) -> str:
 
 def _rule(error: ValidationError) -> str:
     value = _short(error.instance)
-    limit = error.validator_value
+    limit: Any = error.validator_value
+    instance, schema = cast(Any, error.instance), cast(Any, error.schema)
     match error.validator:
         case "required":
-            missing = [key for key in limit if key not in error.instance]
+            missing = [key for key in limit if key not in instance]
             return f"must have {', '.join(missing)}"
         case "additionalProperties":
-            known = error.schema["properties"]
-            extra = [key for key in error.instance if key not in known]
+            known = schema["properties"]
+            extra = [key for key in instance if key not in known]
             return f"unknown key {_short(extra[0])}, {did_you_mean(extra[0], known)}"
         case "enum":
-            options: Iterable[str] = limit
-            hint = did_you_mean(error.instance, options) if isinstance(error.instance, str) else ""
-            return f"must be one of {', '.join(options)}, got {value} {hint}".rstrip()
+            hint = did_you_mean(error.instance, limit) if isinstance(error.instance, str) else ""
+            return f"must be one of {', '.join(limit)}, got {value} {hint}".rstrip()
         case "type":
             return f"must be of type {limit}, got {value}"
         case "oneOf":

@@ -2,7 +2,6 @@
 
 import functools
 import json
-import math
 import os
 import tempfile
 from collections.abc import Iterable, Mapping
@@ -16,6 +15,7 @@ from jaxtyping import Float64
 
 from toponav.core.errors import InputError, did_you_mean
 from toponav.core.vocabulary import Behavior, NodeKind
+from toponav.maps.elements import Edge, MapFrame, Node, broken_elements, edge_along
 from toponav.maps.schema import FORMAT_VERSION, read_map_document
 
 __all__ = [
@@ -24,61 +24,12 @@ __all__ = [
     "Node",
     "TopologicalMap",
     "edge_along",
+    "elements_of_document",
     "load_map",
     "map_from_document",
     "map_to_document",
     "save_map",
 ]
-
-
-@dataclass(frozen=True)
-class MapFrame:
-    """The frame that positions are given in: metres, y up, as in ROS `map_server`."""
-
-    name: str = "map"
-    """Name of the frame, as a transform tree has it."""
-    plan: str | None = None
-    """Floor plan in this frame: a `map_server` yaml, relative to the map's file."""
-
-
-@dataclass(frozen=True)
-class Node:
-    """A place. A door node looks out of its room; corridor nodes come in two directions."""
-
-    id: str
-    """Unique name."""
-    kind: NodeKind
-    """What it stands for."""
-    x_m: float
-    """Position along x in the map's frame."""
-    y_m: float
-    """Position along y in the map's frame."""
-    room: str | None = None
-    """The room that it lies in, or None where rooms are not named."""
-    size: float = 1.0
-    """Distances to this node are divided by it when the nearest node is sought."""
-
-    def distance_to(self, other: "Node") -> float:
-        """Straight distance between the two, in metres."""
-        return math.hypot(self.x_m - other.x_m, self.y_m - other.y_m)
-
-
-@dataclass(frozen=True)
-class Edge:
-    """A behaviour that takes the robot from one node to another."""
-
-    id: str
-    """Unique name; `edge_along` makes it `source->target`."""
-    source: str
-    """Node that it leaves."""
-    target: str
-    """Node that it reaches."""
-    behavior: Behavior
-    """What the robot does on it."""
-    yaw_rad: float
-    """The robot's heading along it, counter-clockwise from x."""
-    length_m: float
-    """Metres to drive."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +65,7 @@ class TopologicalMap:
     def __post_init__(self) -> None:
         object.__setattr__(self, "nodes", tuple(sorted(self.nodes, key=lambda node: node.id)))
         object.__setattr__(self, "edges", tuple(sorted(self.edges, key=lambda edge: edge.id)))
-        faults = _broken_elements(self.nodes, self.edges)
+        faults = broken_elements(self.nodes, self.edges)
         if faults:
             raise InputError(
                 "; ".join(faults[:5]) + (f"; and {len(faults) - 5} more" if faults[5:] else ""),
@@ -244,33 +195,6 @@ class TopologicalMap:
         )
 
 
-def edge_along(
-    source: Node,
-    target: Node,
-    behavior: Behavior,
-    *,
-    edge_id: str | None = None,
-    length_m: float | None = None,
-) -> Edge:
-    """An edge whose yaw points from source to target, as the authors compute it.
-
-    Args:
-        source: Node that it leaves.
-        target: Node that it reaches.
-        behavior: What the robot does on it.
-        edge_id: Its id; `source->target` when not given.
-        length_m: Metres to drive; the straight distance when not given.
-    """
-    return Edge(
-        id=edge_id or f"{source.id}->{target.id}",
-        source=source.id,
-        target=target.id,
-        behavior=behavior,
-        yaw_rad=math.atan2(target.y_m - source.y_m, target.x_m - source.x_m),
-        length_m=source.distance_to(target) if length_m is None else length_m,
-    )
-
-
 def load_map(path: str | Path) -> TopologicalMap:
     """The topological map in a `*.topo.json` file.
 
@@ -348,6 +272,7 @@ def elements_of_document(document: Mapping[str, Any]) -> tuple[list[Node], list[
 
 def map_to_document(topological_map: TopologicalMap) -> dict[str, Any]:
     """The JSON document of a map, keys in the order of the schema, elements sorted by id."""
+    # Adding zero turns -0.0 into 0.0: equal maps give equal documents.
     return {
         "version": FORMAT_VERSION,
         "name": topological_map.name,
@@ -356,8 +281,8 @@ def map_to_document(topological_map: TopologicalMap) -> dict[str, Any]:
             {
                 "id": node.id,
                 "kind": node.kind.value,
-                "x": node.x_m,
-                "y": node.y_m,
+                "x": node.x_m + 0.0,
+                "y": node.y_m + 0.0,
                 "room": node.room,
                 "size": node.size,
             }
@@ -369,8 +294,8 @@ def map_to_document(topological_map: TopologicalMap) -> dict[str, Any]:
                 "source": edge.source,
                 "target": edge.target,
                 "behavior": edge.behavior.value,
-                "yaw": edge.yaw_rad,
-                "length": edge.length_m,
+                "yaw": edge.yaw_rad + 0.0,
+                "length": edge.length_m + 0.0,
             }
             for edge in topological_map.edges
         ],
@@ -401,7 +326,9 @@ def _format_document(document: Mapping[str, Any]) -> str:
         lines.append(f'  "{key}": {_compact(document[key])},')
     for key, ending in (("nodes", ","), ("edges", "")):
         elements = ",\n".join(f"    {_compact(element)}" for element in document[key])
-        lines.append(f'  "{key}": [\n{elements}\n  ]{ending}' if elements else f'  "{key}": []{ending}')
+        lines.append(
+            f'  "{key}": [\n{elements}\n  ]{ending}' if elements else f'  "{key}": []{ending}'
+        )
     return "\n".join([*lines, "}"]) + "\n"
 
 
@@ -416,25 +343,3 @@ def _grouped(
     for edge in edges:
         found[getattr(edge, end)].append(edge)
     return {node_id: tuple(grouped) for node_id, grouped in found.items()}
-
-
-def _broken_elements(nodes: tuple[Node, ...], edges: tuple[Edge, ...]) -> list[str]:
-    """What keeps nodes and edges from being a graph at all."""
-    faults = []
-    for what, elements in (("node", nodes), ("edge", edges)):
-        for first, second in zip(elements, elements[1:], strict=False):
-            if first.id == second.id:
-                faults.append(f"{what} '{first.id}' comes twice")
-    ids = {node.id for node in nodes}
-    for node in nodes:
-        if not (math.isfinite(node.x_m) and math.isfinite(node.y_m)):
-            faults.append(f"node '{node.id}' must have a finite position")
-        if not (math.isfinite(node.size) and node.size > 0):
-            faults.append(f"node '{node.id}' must have a positive size, got {node.size}")
-    for edge in edges:
-        for end, node_id in (("source", edge.source), ("target", edge.target)):
-            if node_id not in ids:
-                faults.append(f"edge '{edge.id}' has no {end} '{node_id}'")
-        if not (math.isfinite(edge.yaw_rad) and 0 <= edge.length_m < math.inf):
-            faults.append(f"edge '{edge.id}' must have a finite yaw and a length >= 0")
-    return faults

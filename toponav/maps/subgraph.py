@@ -64,7 +64,10 @@ def _crop(topological_map: TopologicalMap, center: str, ahead: int, behind: int)
         _within(center, behind, lambda node: _sources(topological_map.in_edges(node)))
     )
     edges = sorted(
-        edge.id for node in nodes for edge in topological_map.out_edges(node) if edge.target in nodes
+        edge.id
+        for node in nodes
+        for edge in topological_map.out_edges(node)
+        if edge.target in nodes
     )
     return Subgraph(tuple(nodes), tuple(edges))
 

@@ -106,7 +106,7 @@ def has_errors(faults: Sequence[Fault]) -> bool:
     return any(fault.severity is Severity.ERROR for fault in faults)
 
 
-def _repeated(what: str, elements: Sequence[Node] | Sequence[Edge]) -> Iterator[Fault]:
+def _repeated(what: str, elements: Sequence[Node | Edge]) -> Iterator[Fault]:
     first: dict[str, int] = {}
     for position, element in enumerate(elements):
         if element.id not in first:

@@ -121,7 +121,7 @@ class TruthLocalizer:
         return node is None or node in plan
 
     def edge_for(self, pose: Pose2, plan: Plan) -> str | None:
-        """The edge that the plan takes from where the robot is; None off the plan and at the goal."""
+        """The edge that the plan takes from where the robot is; None off it and at the goal."""
         node = self.node_at(pose)
         return None if node is None else plan.edge_from(node)
 

@@ -8,25 +8,25 @@ y down. Names say the rest: `office_4_door` is the door of `office_4`, `hallway_
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-from PIL import Image, UnidentifiedImageError
-
 from toponav.core.errors import InputError, did_you_mean
 from toponav.core.vocabulary import Behavior, NodeKind
+from toponav.maps.faults import Fault, Rule, Severity
 from toponav.maps.schema import read_json
 from toponav.maps.spec import Edge, MapFrame, Node, TopologicalMap, edge_along
+from toponav.worlds.grid import GridFrame
+from toponav.worlds.load.ros_map import read_ros_map
+from toponav.worlds.load.stanford import AreaFiles
 
 __all__ = [
     "BEHAVIOR_CODES",
-    "AreaDrawing",
+    "area_of_drawing",
+    "drawing_faults",
     "load_area_map",
     "map_from_canvas",
     "node_kind_of_name",
-    "read_area_drawing",
     "room_of_name",
 ]
 
@@ -52,103 +52,102 @@ _KIND_OF_PREFIX = {
     "lounge": NodeKind.OPEN_SPACE,
     "openspace": NodeKind.OPEN_SPACE,
 }
-_MAX_YAML_BYTES = 1_000_000
 _DRAW_AGAIN = "correct it in the drawing tool and save again"
-
-
-@dataclass(frozen=True)
-class AreaDrawing:
-    """What an area's yaml says about its map.
-
-    Attributes:
-        yaml_path: The yaml itself.
-        canvas_path: JSON of the drawing.
-        image_path: Floor plan that was drawn upon.
-        rows: Height of the floor plan in pixels.
-        resolution_m: Side of a pixel.
-        origin_m: Position of the plan's lower-left corner.
-        node_sizes: Sizes of the nodes whose size is not one.
-    """
-
-    yaml_path: Path
-    canvas_path: Path
-    image_path: Path
-    rows: int
-    resolution_m: float
-    origin_m: tuple[float, float]
-    node_sizes: Mapping[str, float]
-
-    def point_of_pixel(self, x_px: float, y_px: float) -> tuple[float, float]:
-        """The place in metres at a canvas position; whole numbers are centres of pixels."""
-        return (
-            self.origin_m[0] + (x_px + 0.5) * self.resolution_m,
-            self.origin_m[1] + (self.rows - 0.5 - y_px) * self.resolution_m,
-        )
 
 
 def load_area_map(area_yaml: str | Path) -> TopologicalMap:
     """The authors' map of an area, in metres in the frame of its floor plan.
 
-    Sizes given for nodes that were not drawn are ignored, as the authors' program does.
+    Sizes given for nodes that were not drawn are ignored, as the authors' program does;
+    `drawing_faults` names them.
 
     Args:
         area_yaml: The area's yaml; it names the drawing and the floor plan beside it.
 
     Raises:
         InputError: If a file is missing or broken; names the file, the element and the remedy.
+
+    Example:
+        >>> len(load_area_map("graphnav_areas/area_3.yaml").nodes)  # doctest: +SKIP
+        81
     """
-    area = read_area_drawing(area_yaml)
-    return map_from_canvas(read_json(area.canvas_path), area)
-
-
-def read_area_drawing(area_yaml: str | Path) -> AreaDrawing:
-    """What an area's yaml says about its map.
-
-    Raises:
-        InputError: If the yaml or the floor plan cannot be read, or a value is wrong.
-    """
-    path = Path(area_yaml)
-    document = _read_yaml(path)
-    resolution = _number(document.get("resolution"), "resolution", path)
-    origin = document.get("origin")
-    if not isinstance(origin, list) or len(origin) < 2:
+    files = AreaFiles.read(area_yaml)
+    if files.graph is None:
         raise InputError(
-            f"origin must be [x, y, yaw] in metres, got {origin!r}",
-            where=str(path),
-            remedy="give the position of the plan's lower-left corner",
+            "the area has no drawn map",
+            where=str(files.yaml),
+            remedy="name the drawing under graph_filepath",
         )
-    sizes = document.get("node_sizes") or {}
-    if not isinstance(sizes, dict):
-        raise InputError(
-            f"node_sizes must map node names to numbers, got {type(sizes).__name__}",
-            where=str(path),
-            remedy="write lines like 'office_4: 1.1' under node_sizes",
-        )
-    if resolution <= 0:
-        raise InputError(
-            f"resolution must be positive, got {resolution}",
-            where=str(path),
-            remedy="give the side of a pixel in metres",
-        )
-    image_path = _beside(path, document, "image")
-    return AreaDrawing(
-        yaml_path=path,
-        canvas_path=_beside(path, document, "graph_filepath"),
-        image_path=image_path,
-        rows=_image_rows(image_path),
-        resolution_m=resolution,
-        origin_m=(_number(origin[0], "origin", path), _number(origin[1], "origin", path)),
-        node_sizes={str(name): _number(size, f"size of {name}", path) for name, size in sizes.items()},
+    canvas = read_json(files.graph)
+    return map_from_canvas(
+        canvas,
+        read_ros_map(files.yaml).grid,
+        name=files.name,
+        node_sizes=files.node_sizes,
+        plan=files.yaml.name,
+        where=str(files.graph),
     )
 
 
-def map_from_canvas(canvas: Any, area: AreaDrawing) -> TopologicalMap:
-    """The map that a canvas's JSON draws on an area's floor plan.
+def drawing_faults(files: AreaFiles, topological_map: TopologicalMap) -> tuple[Fault, ...]:
+    """What an area's yaml says about nodes that its drawing does not have."""
+    return tuple(
+        Fault(
+            Rule.SIZE_HAS_NODE,
+            Severity.WARNING,
+            f"node_sizes {name}",
+            None,
+            f"{files.yaml.name} gives a size to {name}, which was not drawn",
+            f"correct the name: {did_you_mean(name, topological_map.node_index)}",
+        )
+        for name in sorted(files.node_sizes)
+        if name not in topological_map
+    )
+
+
+def area_of_drawing(canvas_json: str | Path) -> Path:
+    """The area's yaml beside a drawing that names the drawing.
 
     Raises:
-        InputError: If an element is broken; names it by its tags.
+        InputError: If there is none: a drawing alone has no scale.
     """
-    where = str(area.canvas_path)
+    path = Path(canvas_json)
+    for candidate in sorted(path.parent.glob("*.yaml")):
+        try:
+            graph = AreaFiles.read(candidate).graph
+        except InputError:
+            continue
+        if graph is not None and graph.name == path.name:
+            return candidate
+    raise InputError(
+        "no yaml beside this drawing names it, and pixels alone have no scale",
+        where=str(path),
+        remedy="put the area's yaml (resolution, origin, graph_filepath) and PNG beside it",
+    )
+
+
+def map_from_canvas(
+    canvas: Any,
+    grid: GridFrame,
+    *,
+    name: str,
+    node_sizes: Mapping[str, float] | None = None,
+    plan: str | None = None,
+    where: str = "canvas",
+) -> TopologicalMap:
+    """The map that a canvas's JSON draws on a floor plan.
+
+    Args:
+        canvas: The JSON document.
+        grid: Pixels of the floor plan that was drawn upon.
+        name: Name of the map.
+        node_sizes: Sizes of the nodes whose size is not one.
+        plan: Yaml of the floor plan, for the map's frame.
+        where: The drawing's file, for messages.
+
+    Raises:
+        InputError: If an element is broken; names it by its place in the file.
+    """
     if not isinstance(canvas, dict) or not all(
         isinstance(canvas.get(key), list) for key in ("oval", "line", "text")
     ):
@@ -163,11 +162,10 @@ def map_from_canvas(canvas: Any, area: AreaDrawing) -> TopologicalMap:
         texts[_string(options, "tags", f"{where}: text[{position}]")] = _string(
             options, "text", f"{where}: text[{position}]"
         )
-    nodes = _nodes(canvas["oval"], texts, area)
+    nodes = _nodes(canvas["oval"], texts, grid, node_sizes or {}, where)
     edges = _edges(canvas["line"], texts, nodes, where)
-    frame = MapFrame("map", area.yaml_path.name)
     try:
-        return TopologicalMap(area.yaml_path.stem, frame, tuple(nodes.values()), tuple(edges))
+        return TopologicalMap(name, MapFrame("map", plan), tuple(nodes.values()), tuple(edges))
     except InputError as error:
         raise InputError(error.rule, where=where, remedy=error.remedy) from None
 
@@ -198,11 +196,17 @@ def node_kind_of_name(name: str) -> NodeKind:
     return NodeKind.ROOM
 
 
-def _nodes(ovals: list[Any], texts: Mapping[str, str], area: AreaDrawing) -> dict[str, Node]:
+def _nodes(
+    ovals: list[Any],
+    texts: Mapping[str, str],
+    grid: GridFrame,
+    node_sizes: Mapping[str, float],
+    where: str,
+) -> dict[str, Node]:
     """Nodes by their tag."""
     nodes: dict[str, Node] = {}
     for position, raw in enumerate(ovals):
-        place = f"{area.canvas_path}: oval[{position}]"
+        place = f"{where}: oval[{position}]"
         (x0, y0, x1, y1), options = _element(raw, 4, place)
         tag = _string(options, "tags", place)
         if tag not in texts:
@@ -210,10 +214,18 @@ def _nodes(ovals: list[Any], texts: Mapping[str, str], area: AreaDrawing) -> dic
         if tag in nodes:
             raise InputError(f"two nodes are tagged '{tag}'", where=place, remedy=_DRAW_AGAIN)
         name = texts[tag]
-        x_m, y_m = area.point_of_pixel((x0 + x1) / 2, (y0 + y1) / 2)
-        size = area.node_sizes.get(name, 1.0)
+        x_m, y_m = _point((x0 + x1) / 2, (y0 + y1) / 2, grid)
+        size = node_sizes.get(name, 1.0)
         nodes[tag] = Node(name, node_kind_of_name(name), x_m, y_m, room_of_name(name), size)
     return nodes
+
+
+def _point(x_px: float, y_px: float, grid: GridFrame) -> tuple[float, float]:
+    """The place in metres at a canvas position; whole numbers are centres of pixels."""
+    return (
+        grid.origin_m[0] + (x_px + 0.5) * grid.resolution_m,
+        grid.origin_m[1] + (grid.rows - 0.5 - y_px) * grid.resolution_m,
+    )
 
 
 def _edges(
@@ -233,7 +245,7 @@ def _edges(
             )
         source, target = nodes[ends[1]], nodes[ends[2]]
         code = texts.get(tags)
-        if code not in BEHAVIOR_CODES:
+        if code is None or code not in BEHAVIOR_CODES:
             raise InputError(
                 f"edge {source.id} -> {target.id} has "
                 + ("no behaviour" if code is None else f"the unknown behaviour '{code[:40]}'"),
@@ -269,73 +281,3 @@ def _string(options: Mapping[str, Any], key: str, place: str) -> str:
     if not isinstance(value, str) or not value:
         raise InputError(f"must have a text '{key}'", where=place, remedy=_DRAW_AGAIN)
     return value
-
-
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        if path.stat().st_size > _MAX_YAML_BYTES:
-            raise InputError(
-                f"an area's yaml has at most {_MAX_YAML_BYTES} bytes",
-                where=str(path),
-                remedy="check that this is the right file",
-            )
-        document = yaml.safe_load(path.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"cannot be read: {error.strerror or error}",
-            where=str(path),
-            remedy="check the path and its permissions",
-        ) from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        mark = getattr(error, "problem_mark", None)
-        line = f" at line {mark.line + 1}" if mark else ""
-        raise InputError(
-            f"not yaml{line}", where=str(path), remedy="repair that place"
-        ) from None
-    if not isinstance(document, dict):
-        raise InputError(
-            "an area's yaml holds keys and values",
-            where=str(path),
-            remedy="name the yaml of a floor plan, such as area_1.yaml",
-        )
-    return document
-
-
-def _beside(path: Path, document: Mapping[str, Any], key: str) -> Path:
-    value = document.get(key)
-    if not isinstance(value, str) or not value:
-        raise InputError(
-            f"must name a file under '{key}'",
-            where=str(path),
-            remedy="name the yaml of an area that has a drawn map",
-        )
-    found = path.parent / value
-    if not found.is_file():
-        raise InputError(
-            f"'{key}' names {value}, which is not there",
-            where=str(path),
-            remedy="put the file beside the yaml",
-        )
-    return found
-
-
-def _image_rows(path: Path) -> int:
-    try:
-        with Image.open(path) as image:
-            return int(image.height)
-    except (OSError, UnidentifiedImageError, ValueError, Image.DecompressionBombError):
-        raise InputError(
-            "not an image", where=str(path), remedy="restore the floor plan's PNG"
-        ) from None
-
-
-def _number(value: Any, what: str, path: Path) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
-        raise InputError(
-            f"{what} must be a finite number, got {value!r}"[:200],
-            where=str(path),
-            remedy="write a number in metres",
-        )
-    return float(value)
