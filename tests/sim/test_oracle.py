@@ -87,7 +87,7 @@ def _assert_same_as_slow(truth: TruthLocalizer, count: int) -> None:
 
 
 def test_the_fast_rule_is_the_slow_one(truth: TruthLocalizer) -> None:
-    _assert_same_as_slow(truth, 400)
+    _assert_same_as_slow(truth, 200)
 
 
 def test_the_fast_rule_is_the_slow_one_on_an_area(areas_dir: Path) -> None:
@@ -95,7 +95,7 @@ def test_the_fast_rule_is_the_slow_one_on_an_area(areas_dir: Path) -> None:
     from toponav.worlds.load.stanford import load_area
 
     area = areas_dir / "area_6.yaml"
-    _assert_same_as_slow(TruthLocalizer(load_area_map(area), load_area(area)), 200)
+    _assert_same_as_slow(TruthLocalizer(load_area_map(area), load_area(area)), 60)
 
 
 def test_the_lane_is_that_of_the_heading(truth: TruthLocalizer) -> None:
