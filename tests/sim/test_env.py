@@ -41,6 +41,11 @@ def test_environment_passes_the_gymnasium_checker(scene: Scene) -> None:
     check_env(env.unwrapped)
 
 
+def test_gymnasium_finds_the_environment_by_its_module(scene: Scene) -> None:
+    env = gymnasium.make("toponav.sim.env:toponav/BehavioralNav-v0", scene=scene, camera=CAMERA)
+    assert isinstance(env.unwrapped, BehavioralNavEnv)
+
+
 def test_spaces_are_those_of_the_paper(scene: Scene) -> None:
     env = BehavioralNavEnv(scene)
     assert env.action_space.low.tolist() == [np.float32(-0.2), -1.5]

@@ -10,6 +10,7 @@ from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Velocity, VelocityLimits
 from toponav.core.errors import InputError, did_you_mean
 from toponav.core.geometry import Pose2
+from toponav.sim.registration import register
 from toponav.sim.simulation import CONTROL_PERIOD_S, SimState, Simulation
 from toponav.worlds.free_space import FreeSpace
 from toponav.worlds.scene import Scene
@@ -177,3 +178,7 @@ def _default_scene() -> Scene:
     from toponav.worlds.generate.office import generate_office
 
     return generate_office(0)
+
+
+# What `gymnasium.make("toponav.sim.env:...")` imports this module for.
+register()

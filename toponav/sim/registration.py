@@ -6,7 +6,11 @@ BEHAVIORAL_NAV_ID = "toponav/BehavioralNav-v0"
 
 
 def register() -> None:
-    """Registers the environments, once; installing the package does this by entry point.
+    """Registers the environments, once.
+
+    Importing `toponav.sim.env` does the same, so that Gymnasium finds them by
+    `gymnasium.make("toponav.sim.env:toponav/BehavioralNav-v0")` (since 1.0 it no longer looks
+    for entry points).
 
     Example:
         >>> register()
