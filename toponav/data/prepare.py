@@ -244,7 +244,8 @@ def _numbered(dataset: Path, out: Path, table: Any, building: np.ndarray) -> dic
         for column, kind in _NAMED.items():
             values = pc.take(table[column], here).combine_chunks().dictionary_encode()
             number_of = numbers[kind]
-            lookup = np.array([number_of[value] for value in values.dictionary.to_pylist()] + [-1])
+            names = values.dictionary.to_pylist()  # may list other buildings' names too
+            lookup = np.array([number_of.get(value, -1) for value in names] + [-1])
             found = values.indices.fill_null(len(lookup) - 1).to_numpy(zero_copy_only=False)
             codes[column][here] = lookup[found.astype(np.int64)]
     return codes
