@@ -93,7 +93,7 @@ class BehaviorTask:
         return (each * batch.weight).sum() / batch.weight.sum()
 
     @torch.inference_mode()
-    def evaluate(self, model: torch.nn.Module) -> dict[str, float]:
+    def evaluate(self, model: torch.nn.Module) -> dict[str, int | float]:
         """Loss and errors on the validation frames; `score` is what to maximize."""
         assert isinstance(model, BehaviorNetwork)
         if not len(self._val_pool):

@@ -21,7 +21,7 @@ class TrainingConfig:
     epochs: int
     """Epochs to train each network for."""
     samples_per_epoch: int
-    """Samples after which to validate and save; smaller sets repeat within an epoch."""
+    """Samples after which to validate and save."""
     batch_size: int
     learning_rate: float
     """Highest rate of the schedule."""
@@ -47,6 +47,8 @@ class TrainingConfig:
     """Validation uses this many samples at most, the same ones each time."""
     sequence_steps: int = 20
     """Steps of a training sequence, for recurrent networks."""
+    most_repeats: int = 1
+    """A set smaller than `samples_per_epoch` is gone through this often in an epoch at most."""
     plan_dropout: float = 0.2
     """Share of localization samples that are not told the plan."""
 
@@ -63,6 +65,7 @@ class TrainingConfig:
             "max_minutes": self.max_minutes is None or self.max_minutes > 0.0,
             "warm_up": 0.0 <= self.warm_up < 1.0,
             "most_validation_samples": self.most_validation_samples >= 2,
+            "most_repeats": self.most_repeats >= 1,
             "sequence_steps": 1 <= self.sequence_steps <= 10_000,
             "plan_dropout": 0.0 <= self.plan_dropout <= 1.0,
         }
@@ -106,4 +109,5 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
         schedule="one_cycle",
         ema=0.998,
         mirror=True,
+        most_repeats=4,
     )

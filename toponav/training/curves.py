@@ -11,7 +11,7 @@ from toponav.models.checkpoints import write_atomically
 __all__ = ["draw_curves", "write_metrics"]
 
 
-def write_metrics(directory: Path, history: Sequence[dict[str, float]]) -> None:
+def write_metrics(directory: Path, history: Sequence[dict[str, int | float]]) -> None:
     """Write `metrics.jsonl` and `metrics.csv`, one record an epoch."""
     lines = "".join(json.dumps(record) + "\n" for record in history)
     write_atomically(directory / "metrics.jsonl", lines.encode())
@@ -23,7 +23,7 @@ def write_metrics(directory: Path, history: Sequence[dict[str, float]]) -> None:
     write_atomically(directory / "metrics.csv", table.getvalue().encode())
 
 
-def draw_curves(directory: Path, history: Sequence[dict[str, float]], title: str) -> Path:
+def draw_curves(directory: Path, history: Sequence[dict[str, int | float]], title: str) -> Path:
     """The path of `curve.png`: losses above, other metrics below."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

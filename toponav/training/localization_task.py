@@ -105,7 +105,7 @@ class LocalizationTask:
         return F.nll_loss(edge_log_probabilities(logits, batch.graphs), batch.target)
 
     @torch.inference_mode()
-    def evaluate(self, model: torch.nn.Module) -> dict[str, float]:
+    def evaluate(self, model: torch.nn.Module) -> dict[str, int | float]:
         """Accuracy on validation frames; `score` (minus the loss) is what to maximize.
 
         `accuracy`: the last location disturbed as in training. `true_crop_accuracy`: the last
@@ -207,7 +207,7 @@ class LocalizationTask:
         self, pools: list[np.ndarray], count: int, rng: np.random.Generator
     ) -> Int64[np.ndarray, " count"]:
         share = np.sqrt([len(pool) for pool in pools])
-        counts = rng.multinomial(count, share / share.sum())
+        counts = rng.multinomial(count, share / share.sum()).tolist()
         parts = [draw(pool, n, rng) for pool, n in zip(pools, counts, strict=True) if n]
         return rng.permutation(np.concatenate(parts))
 

@@ -25,7 +25,7 @@ from toponav.training.task import Task
 
 __all__ = ["Report", "TrainingResult", "learning_rate_at", "train"]
 
-Report = Callable[[str, int, int, Mapping[str, float]], None]
+Report = Callable[[str, int, int, Mapping[str, int | float]], None]
 """Called after each step: network, step, steps in all, latest metrics."""
 
 
@@ -35,7 +35,7 @@ class TrainingResult:
 
     name: str
     checkpoint: Path
-    metrics: dict[str, float]
+    metrics: dict[str, int | float]
     """Of the epoch that was kept."""
     epochs: int
     best_epoch: int
@@ -99,7 +99,7 @@ class _Training:
         self.report = report
         self.directory = out / task.name
         self.directory.mkdir(parents=True, exist_ok=True)
-        per_epoch = min(config.samples_per_epoch, max(task.samples, config.batch_size))
+        per_epoch = min(config.samples_per_epoch, task.samples * config.most_repeats)
         self.steps = max(1, per_epoch // config.batch_size)
         self.model: nn.Module = task.model
         self.shadow = copy.deepcopy(self.model) if config.ema else self.model
@@ -209,7 +209,7 @@ class _Training:
         write_metrics(self.directory, progress.history)
         save_state(self.directory, progress, self.model, self.shadow, self.optimizer)
 
-    def _keep(self, metrics: Mapping[str, float]) -> None:
+    def _keep(self, metrics: Mapping[str, int | float]) -> None:
         model: Any = self.shadow
         about = {
             "toponav": toponav.__version__,

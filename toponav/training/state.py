@@ -39,7 +39,7 @@ class Progress:
     elapsed_s: float = 0.0
     best_score: float | None = None
     best_epoch: int = 0
-    history: list[dict[str, float]] = field(default_factory=list)
+    history: list[dict[str, int | float]] = field(default_factory=list)
     """One record an epoch."""
 
 

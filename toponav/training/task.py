@@ -34,5 +34,5 @@ class Task(Protocol):
     def loss(self, model: nn.Module, batch: Any) -> Tensor:
         """What to minimize."""
 
-    def evaluate(self, model: nn.Module) -> dict[str, float]:
+    def evaluate(self, model: nn.Module) -> dict[str, int | float]:
         """Validation metrics; `score` is what to maximize."""

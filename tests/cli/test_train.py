@@ -1,0 +1,31 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.training.synthetic import SyntheticSet
+from toponav.cli import train
+from toponav.core.errors import InputError
+from toponav.data.training_set import TrainingSet
+
+
+def test_folder_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InputError, match="toponav data prepare"):
+        train.localization(data=(tmp_path / "none",), out=tmp_path / "out")
+
+
+def test_command_trains_and_prints_json(tmp_path, monkeypatch, capsys):
+    data = SyntheticSet(trajectories=4, frames_an_edge=3)
+    monkeypatch.setattr(TrainingSet, "open", staticmethod(lambda paths: data))
+    arguments = {"data": (tmp_path,), "out": tmp_path / "out", "epochs": 1, "batch_size": 16}
+    assert train.localization(**arguments, json=True) == 0
+    (record,) = json.loads(capsys.readouterr().out)
+    assert record["name"] == "localization"
+    assert Path(record["checkpoint"]).is_file()
+    assert train.localization(**arguments) == 0
+    assert "weights are in" in capsys.readouterr().out
+
+
+def test_commands_have_help_with_an_example():
+    for command in train.register().values():
+        assert "Example: toponav train" in command.__doc__
