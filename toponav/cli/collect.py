@@ -57,8 +57,8 @@ def collect_graphnav(
             of saved scenes with a map.topo.json.
         episodes_per_building: Drives in one building before the next one's turn.
         noise_scale: Factor on the paper's noise on the executed commands.
-        attempts: A drive that collides is tried again with half the noise; after this many
-            the last one is kept, up to the contact.
+        attempts: A drive that collides or sticks is tried again with half the noise; after
+            this many the last one is kept as far as it came, and flagged.
         any_yaw_fraction: Fraction of drives that start facing anywhere.
         width: Columns of the depth images.
         height: Rows of the depth images.

@@ -8,11 +8,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from toponav.core.errors import InputError
+from toponav.core.errors import InputError, did_you_mean
 from toponav.core.vocabulary import RoomKind
 from toponav.data.dataset import building_dir, file_hash
-from toponav.data.splits import OFFICE_SUITES, office_seed
+from toponav.data.splits import office_name, office_seed
 from toponav.maps.spec import TopologicalMap, load_map, save_map
+from toponav.worlds.generate.suites import SUITES
 from toponav.worlds.scene import Scene
 
 __all__ = [
@@ -25,7 +26,8 @@ __all__ = [
 ]
 
 MAP_FILE: Final = "map.topo.json"
-_OFFICES_APART = 10_000
+_OFFICES_APART = 389
+"""A number without a common factor with the sizes of the suites."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,21 +77,18 @@ def resolve_buildings(
     Args:
         buildings: The name of a suite of offices, or yaml files of areas and folders of
             saved scenes, which are used in turn.
-        dataset_seed: Chooses which offices of the suite: seeds a unit apart take 10,000
-            different ones.
+        dataset_seed: Chooses which office of the suite comes first.
 
     Raises:
         InputError: A name is neither a suite nor a file, or both are mixed.
     """
     if len(buildings) == 1 and not Path(buildings[0]).exists():
         suite = buildings[0]
-        office_seed(suite, 0)
-        first, stop = OFFICE_SUITES[suite]
-        offset, count = dataset_seed * _OFFICES_APART, stop - first
+        _known_suite(suite)
 
         def office(slot: int) -> BuildingSource:
-            seed = office_seed(suite, (offset + slot) % count)
-            return BuildingSource(f"office_{seed:07d}", "office", seed)
+            seed = office_seed(suite, dataset_seed * _OFFICES_APART + slot)
+            return BuildingSource(office_name(seed), "office", seed)
 
         return office
     sources = [_from_path(Path(name)) for name in buildings]
@@ -97,9 +96,19 @@ def resolve_buildings(
         raise InputError(
             f"buildings must be given and have different names, got {', '.join(buildings)}",
             where="--buildings",
-            remedy=f"give a suite ({', '.join(OFFICE_SUITES)}), yaml files or scene folders",
+            remedy="give a suite such as offices-train, or yaml files and scene folders",
         )
     return lambda slot: sources[slot % len(sources)]
+
+
+def _known_suite(name: str) -> None:
+    names = [one.name for one in SUITES if one.generator == "office"]
+    if name not in names:
+        raise InputError(
+            f"'{name}' is neither a suite of offices nor a file that exists",
+            where="--buildings",
+            remedy=did_you_mean(name, names),
+        )
 
 
 def _from_path(path: Path) -> BuildingSource:
@@ -108,9 +117,9 @@ def _from_path(path: Path) -> BuildingSource:
     if path.suffix in (".yaml", ".yml") and path.is_file():
         return BuildingSource(path.stem, "area", path=str(path.resolve()))
     raise InputError(
-        f"'{path}' is neither a suite, nor an area's yaml file, nor a scene folder",
+        f"'{path}' is neither an area's yaml file nor a scene folder",
         where="--buildings",
-        remedy=f"give one of {', '.join(OFFICE_SUITES)}, or paths that exist",
+        remedy="give one suite such as offices-train, or paths that exist",
     )
 
 

@@ -67,7 +67,7 @@ class CollectConfig:
     episodes_per_building: int = 10
     """Consecutive trajectories in one building before the next one's turn."""
     attempts: int = 3
-    """Drives tried, each with half the noise, before one that ends in a collision is kept."""
+    """Drives tried, each with half the noise, before one that misses its goal is kept."""
     noise: NoiseConfig = field(default_factory=NoiseConfig)
     """Noise on the executed commands."""
     start: StartConfig = field(default_factory=StartConfig)
@@ -250,7 +250,7 @@ def _record_chunk(
 def _record(
     out: Path, config: CollectConfig, site: Site, driver: Any, source: str, index: int
 ) -> StoredTrajectory:
-    """Record one trajectory; a collision is driven again with less noise."""
+    """Record one trajectory; one that misses its goal is driven again with less noise."""
     random = np.random.default_rng((config.seed, index))
     plan, start = sample_start(site, config.start, random)
     building = site.building
@@ -276,6 +276,6 @@ def _record(
             attempt,
         )
         outcome, contact = drive(site, plan, start, driver, writer, config.start.after_goal_steps)
-        if outcome != "collided" or attempt + 1 == config.attempts:
+        if outcome == "success" or attempt + 1 == config.attempts:
             return writer.finish(outcome, contact)
     raise AssertionError("attempts is at least 1")

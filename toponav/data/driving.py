@@ -3,7 +3,7 @@
 import math
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Final, Protocol
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -61,11 +61,12 @@ class StartConfig:
                 )
 
 
+@runtime_checkable
 class Driver(Protocol):
     """Who drives while a trajectory is recorded: the expert with noise, or a learner."""
 
     def reset(self, task: NavigationTask, random: np.random.Generator, attempt: int) -> None:
-        """Begin a drive; `attempt` counts the earlier ones that ended in a collision."""
+        """Begin a drive; `attempt` counts the earlier ones that missed the goal."""
 
     def act(
         self, observation: Observation, state: SimState, expert: Velocity, node: str | None
@@ -73,6 +74,7 @@ class Driver(Protocol):
         """The command to execute, given what the expert would do here and the true node."""
 
 
+@runtime_checkable
 class DriverFactory(Protocol):
     """Makes the driver inside each worker; has to survive being sent to a process."""
 

@@ -30,7 +30,7 @@ class TrajectoryMetadata:
         period_s: Time between frames.
         source: Who drove, such as `expert` or `dagger-1`.
         noise_scale: Factor on the noise of equation 3 that this trajectory was driven with.
-        attempt: How many earlier attempts ended in a collision.
+        attempt: How many earlier attempts missed the goal.
     """
 
     index: int

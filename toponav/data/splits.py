@@ -1,59 +1,47 @@
 """Which buildings are for training, validation and test: fixed once, by seed and by name."""
 
+import functools
 import hashlib
 from collections.abc import Iterable
-from typing import Final, Literal
+from typing import Literal
 
-from toponav.core.errors import InputError, did_you_mean
+from toponav.worlds.generate.suites import SUITES, suite
 
-__all__ = ["OFFICE_SUITES", "Split", "office_seed", "split_buildings", "validation_buildings"]
+__all__ = ["Split", "office_name", "office_seed", "split_buildings", "validation_buildings"]
 
 Split = Literal["train", "val", "all"]
-
-OFFICE_SUITES: Final = {
-    "offices-train": (0, 1_000_000),
-    "offices-val": (1_000_000, 1_100_000),
-    "offices-test": (2_000_000, 2_100_000),
-}
-"""Generated offices by range of seeds. Nothing is ever trained on `offices-test`."""
 
 _UNSEEN_AREAS = frozenset({"area_3", "area_4"})
 _VALIDATION_FRACTION = 0.1
 
 
-def office_seed(suite: str, number: int) -> int:
-    """The generator's seed of the n-th office of a suite.
+def office_seed(suite_name: str, number: int) -> int:
+    """The generator's seed of the n-th office of a suite; after the last comes the first.
 
     Raises:
-        InputError: There is no such suite, or it has fewer offices.
+        InputError: There is no such suite.
     """
-    if suite not in OFFICE_SUITES:
-        raise InputError(
-            f"there is no suite of buildings '{suite}'",
-            where="--buildings",
-            remedy=did_you_mean(suite, OFFICE_SUITES),
-        )
-    first, stop = OFFICE_SUITES[suite]
-    if not 0 <= number < stop - first:
-        raise InputError(
-            f"suite {suite} has {stop - first} offices, got number {number}",
-            where="--buildings",
-            remedy="collect fewer buildings, or more episodes in each",
-        )
-    return first + number
+    seeds = suite(suite_name).seeds
+    return seeds[number % len(seeds)]
+
+
+def office_name(seed: int) -> str:
+    """What the office of this seed is called in a dataset."""
+    return f"office_{seed:06d}"
 
 
 def validation_buildings(names: Iterable[str]) -> frozenset[str]:
     """The buildings held out for validation: whole buildings, chosen by their names alone.
 
     A building keeps its side when further buildings or DAgger rounds are added. GraphNav's
-    own areas are divided as in the paper (3 and 4 unseen); of other buildings one in ten is
-    held out, at least one; a single building is all for training.
+    own areas are divided as in the paper (3 and 4 unseen); offices of other suites than
+    `offices-train` are held out, and of all other buildings one in ten, at least one. A
+    single building is all for training.
     """
     unique = sorted(set(names))
     if len(unique) < 2:
         return frozenset()
-    held_out = {name for name in unique if name in _UNSEEN_AREAS}
+    held_out = {name for name in unique if name in _UNSEEN_AREAS or name in _unseen_offices()}
     others = [name for name in unique if not name.startswith("area_")]
     held_out |= {name for name in others if _position(name) < _VALIDATION_FRACTION}
     if not held_out:
@@ -70,6 +58,12 @@ def split_buildings(names: Iterable[str], split: Split) -> frozenset[str]:
         return everything
     held_out = validation_buildings(everything)
     return held_out if split == "val" else everything - held_out
+
+
+@functools.cache
+def _unseen_offices() -> frozenset[str]:
+    suites = [one for one in SUITES if one.generator == "office" and one.name != "offices-train"]
+    return frozenset(office_name(seed) for one in suites for seed in one.seeds)
 
 
 def _position(name: str) -> float:

@@ -327,10 +327,19 @@ def _parse(content: bytes, depth: bool, validate: bool) -> Recording:
     )
 
 
+def _summary_crc(content: bytes) -> int:
+    """The CRC-32 of all from the summary's start to the footer's own checksum, as MCAP has it."""
+    start = int.from_bytes(content[-28:-20], "little")
+    return zlib.crc32(memoryview(content)[start:-12])
+
+
 def check_bag(path: Path) -> str:
     """What is wrong with a bag, or an empty string: structure, every CRC, every topic."""
     try:
         read_trajectory(path, depth=False, validate=True)
+        content = _opened(path)
+        if _summary_crc(content) != int.from_bytes(content[-12:-8], "little"):
+            return "the checksum of its summary differs"
     except InputError as error:
         return error.rule
     return ""
