@@ -8,6 +8,7 @@ from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
 from toponav.data.global_planner import CostToGo, GlobalPlanner, PlannerCosts
 from toponav.data.local_planner import PathFollower
+from toponav.data.tracking_kernels import PathArrays
 from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap
 from toponav.sim.oracle import TruthLocalizer
@@ -16,7 +17,7 @@ from toponav.worlds.scene import Scene
 __all__ = ["Expert"]
 
 _REACHES_M = (2.0, 6.0, 1000.0)
-_REHEARSALS = 6
+_REHEARSALS = 7
 
 
 class Expert:
@@ -65,22 +66,23 @@ class Expert:
             InputError: When no way leads to the goal.
         """
         self._plan, self._field = plan, None
-        fewest = None
-        for attempt in range(_REHEARSALS + 1):
-            self._plan_path(pose)
-            assert self._field is not None
+        best: tuple[int, PathArrays, CostToGo] | None = None
+        for _ in range(_REHEARSALS):
+            field = self._plan_path(pose)
             strayed = self._strayed(plan, pose)
-            if fewest is None or len(strayed) < fewest:
-                fewest, kept, kept_field = len(strayed), self.follower.path, self._field
-            if len(strayed) == 0 or attempt == _REHEARSALS:
+            if best is None or len(strayed) < best[0]:
+                best = len(strayed), self.follower.path, field
+            if len(strayed) == 0:
                 break
-            self._field = self.planner.avoiding(self._field, strayed, 1.0)
-        self.follower.path, self._field = kept, kept_field
+            self._field = self.planner.avoiding(field, strayed, 1.0)
+        assert best is not None
+        _, self.follower.path, self._field = best
 
     @property
     def path_m(self) -> Float[np.ndarray, "points 2"]:
         """The path that it follows, in the map's frame."""
-        return self.follower.points_m + self._origin
+        points: np.ndarray = self.follower.points_m + self._origin
+        return points
 
     def act(self, pose: Pose2, velocity: Velocity) -> Velocity:
         """The command at this pose and measured velocity.
@@ -99,18 +101,18 @@ class Expert:
         x_m, y_m = self._origin
         return Pose2(pose.x_m - x_m, pose.y_m - y_m, pose.yaw_rad)
 
-    def _plan_path(self, pose: Pose2) -> None:
-        """A path from the pose, looking farther from the plan's edges until there is one."""
+    def _plan_path(self, pose: Pose2) -> CostToGo:
+        """Follow a path from the pose, looking farther from the plan until there is one."""
         assert self._plan is not None
         for reach_m in _REACHES_M:
+            if self._field is not None and self._field.reach_m > reach_m:
+                continue
             if self._field is None or self._field.reach_m < reach_m:
-                if self._field is not None and reach_m == _REACHES_M[0]:
-                    continue
                 self._field = self.planner.cost_to_go(self._plan, reach_m)
             found = self.planner.path(self._field, pose)
             if found is not None:
                 self.follower.set_path(*found)
-                return
+                return self._field
         raise InputError(
             f"no way for the robot from ({pose.x_m:.2f}, {pose.y_m:.2f}) m to the goal",
             where=f"plan {self._plan.nodes[0]} -> {self._plan.nodes[-1]}",
@@ -125,7 +127,7 @@ class Expert:
         index = self.planner.map.node_index
         arrived = np.flatnonzero(nodes == index[plan.nodes[-1]])
         end = int(arrived[0]) if len(arrived) else len(nodes)
-        on_plan = np.zeros(len(index) + 1, dtype=bool)
-        on_plan[[index[node] for node in plan.nodes]] = True
-        on_plan[-1] = True  # no node at all is no deviation
-        return poses[:end][~on_plan[nodes[:end]]]
+        on_plan = np.ones(len(index) + 1, dtype=bool)  # the last: no node is no deviation
+        on_plan[:-1] = [node.id in plan for node in self.planner.map.nodes]
+        off_plan: np.ndarray = poses[:end][~on_plan[nodes[:end]]]
+        return off_plan

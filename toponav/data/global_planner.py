@@ -14,8 +14,9 @@ from scipy import ndimage
 
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
+from toponav.data import path_kernels as paths
 from toponav.data import planning_kernels as kernels
-from toponav.data.tracking_kernels import chord_clearance
+from toponav.data.truth_table import TruthTable
 from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap
 from toponav.worlds.free_space import FreeSpace
@@ -23,9 +24,9 @@ from toponav.worlds.scene import Scene
 
 __all__ = ["CostToGo", "GlobalPlanner", "PlannerCosts"]
 
-_ALIGNED_RAD = 0.2 * math.pi
 _UNITS_PER_CELL = 20
 _CELL_M = 0.1
+_NARROW_M = 2.0
 
 
 @dataclass(frozen=True)
@@ -100,64 +101,32 @@ class GlobalPlanner:
         self.clearance_m = np.ascontiguousarray(space.clearance_m)
         self._rows = int(scene.grid.rows * self.resolution_m / _CELL_M)
         self._cols = int(scene.grid.cols * self.resolution_m / _CELL_M)
-        rows, cols = np.mgrid[0 : self._rows, 0 : self._cols]
-        self._x = (cols + 0.5) * _CELL_M
-        self._y = (rows + 0.5) * _CELL_M
-        samples = np.array(
-            [(self._y / self.resolution_m - 0.5), self._x / self.resolution_m - 0.5]
-        )
-        self._clear = ndimage.map_coordinates(self.clearance_m, samples, order=1, mode="nearest")
-        corner = np.minimum(
-            (samples + 0.5).astype(int), np.array(scene.grid.shape)[:, None, None] - 1
-        )
-        near_free = ndimage.binary_dilation(space.free, iterations=2)
-        self._clear[~near_free[corner[0], corner[1]]] = 0.0
-        self._number = {node.id: i for i, node in enumerate(topological_map.nodes)}
+        self._clear = self._clearance_of_cells(space)
 
     @cached_property
-    def _truth(self) -> tuple[np.ndarray, np.ndarray]:
-        """Row of the truth table per planning cell (-1: never), and the table [row, bin]."""
-        nodes = self.map.nodes
-        rooms = {room.name: i for i, room in enumerate(self.scene.rooms)}
-        enclosed = np.array([room.kind.is_enclosed for room in self.scene.rooms] + [False])
-        node_room = np.array([rooms.get(node.room or "", -1) for node in nodes], dtype=np.int32)
-        bins = np.arange(kernels.BINS) * (2 * math.pi / kernels.BINS)
-        aligned = np.zeros((len(nodes), kernels.BINS), dtype=bool)
-        for edge in self.map.edges:
-            turn = np.abs((bins - edge.yaw_rad + math.pi) % (2 * math.pi) - math.pi)
-            for node_id in (edge.source, edge.target):
-                aligned[self._number[node_id]] |= turn < _ALIGNED_RAD
+    def _truth(self) -> TruthTable:
         reachable = self._clear >= self.costs.least_m
-        row_of = np.full(self._clear.shape, -1, dtype=np.int32)
-        row_of[reachable] = np.arange(int(reachable.sum()))
-        xy = np.stack([self._x[reachable], self._y[reachable]], axis=1)
-        cell_rows = (xy[:, 1] / self.resolution_m).astype(int)
-        cell_cols = (xy[:, 0] / self.resolution_m).astype(int)
-        room = self.scene.room_index[cell_rows, cell_cols]
-        nowhere = kernels.NOWHERE if self.scene.rooms else -1
-        room = np.where(room < 0, nowhere, np.where(enclosed[room], room, -1))
-        table = np.empty((len(xy), kernels.BINS), dtype=np.int16)
-        node_xy = np.array([(node.x_m, node.y_m) for node in nodes]) - self._origin
-        sizes = np.array([node.size for node in nodes], dtype=float)
-        kernels.truth_by_heading(
-            xy, room.astype(np.int32), node_xy, sizes, node_room, aligned, table
-        )
-        return row_of, table
+        return TruthTable.of(self.scene, self.map, reachable, _CELL_M)
 
     def cost_to_go(self, plan: Plan, reach_m: float = 2.0) -> CostToGo:
-        """The cost to the plan's goal from everywhere within `reach_m` of its edges."""
-        on_plan = np.zeros(len(self.map.nodes) + 1, dtype=bool)
-        on_plan[[self._number[node] for node in plan.nodes]] = True
+        """The cost to the plan's goal from everywhere within `reach_m` of its edges.
+
+        Rooms that the plan does not visit are left out unless it looks farther than 2 m.
+        """
+        truth = self._truth
+        on_plan = truth.on_plan(self.map, plan)
         segments = self._segments(plan)
         away = kernels.distance_to_segments(self._rows, self._cols, _CELL_M, segments, reach_m)
-        row_of, table = self._truth
-        usable = np.isfinite(away) & (self._clear >= self.costs.least_m) & (row_of >= 0)
-        cell_id = np.full(usable.shape, -1, dtype=np.int32)
+        usable = np.isfinite(away) & (truth.row_of >= 0)
+        if reach_m <= _NARROW_M:
+            usable &= ~truth.in_other_room(on_plan)
         cells = np.argwhere(usable).astype(np.int32)
+        cell_id = np.full(usable.shape, -1, dtype=np.int32)
         cell_id[usable] = np.arange(len(cells), dtype=np.int32)
         weight = self._weights(self._clear[usable], away[usable])
-        off = kernels.off_plan_fraction(table, row_of[usable], on_plan)
-        goal = self._goal_states(plan, cells, table, row_of)
+        rows = truth.row_of[usable]
+        off = kernels.off_plan_fraction(truth.node, rows, on_plan)
+        goal = self._goal_states(plan, cells, truth.node[rows][:, :: kernels.BINS_PER_HEADING])
         return self._solved(cell_id, cells, goal, weight, off, reach_m)
 
     def avoiding(
@@ -206,15 +175,16 @@ class GlobalPlanner:
         points = (cells[:, ::-1] + 0.5) * _CELL_M
         points = points[np.r_[True, np.any(np.diff(points, axis=0) != 0, axis=1)]]
         points = np.concatenate([self.local_xy(pose)[None], points[1:]])
-        points = kernels.smooth(
-            kernels.resample(points, 0.1),
+        points = paths.smooth(
+            paths.resample(points, 0.1),
             self.clearance_m, self.resolution_m, 150, 0.45, 0.015, 0.15, 0.4, 0.2,
         )  # fmt: skip
-        return kernels.resample(points, 0.05), final_yaw
+        return paths.resample(points, 0.05), final_yaw
 
     def local_xy(self, pose: Pose2) -> Float[np.ndarray, "2"]:
         """The position relative to the scene grid's corner."""
-        return np.array([pose.x_m, pose.y_m]) - self._origin
+        local: np.ndarray = np.array([pose.x_m, pose.y_m]) - self._origin
+        return local
 
     def _segments(self, plan: Plan) -> np.ndarray:
         """Ends of the plan's edges, (x, y, x, y) from the grid's corner."""
@@ -232,13 +202,20 @@ class GlobalPlanner:
         weight += costs.line_cost * np.clip(away - costs.line_m, 0, None)
         return weight.astype(np.float64)
 
+    def _clearance_of_cells(self, space: FreeSpace) -> Float[np.ndarray, "rows cols"]:
+        """Clearance at the middle of each planning cell; none outdoors."""
+        middles = (np.mgrid[0 : self._rows, 0 : self._cols] + 0.5) * _CELL_M / self.resolution_m
+        clear = ndimage.map_coordinates(self.clearance_m, middles - 0.5, order=1, mode="nearest")
+        row, col = np.minimum(middles.astype(int), np.array(space.free.shape)[:, None, None] - 1)
+        clear[~ndimage.binary_dilation(space.free, iterations=2)[row, col]] = 0.0
+        return np.asarray(clear, dtype=float)
+
     def _goal_states(
-        self, plan: Plan, cells: np.ndarray, table: np.ndarray, row_of: np.ndarray
+        self, plan: Plan, cells: np.ndarray, truth: np.ndarray
     ) -> Bool[np.ndarray, "cells headings"]:
         """States about the goal node: where it is the true node, nearest to it."""
         node = self.map.node(plan.nodes[-1])
-        number = self._number[node.id]
-        is_goal = table[row_of[cells[:, 0], cells[:, 1]]][:, ::3] == number
+        is_goal = truth == self.map.node_index[node.id]
         x = (cells[:, 1] + 0.5) * _CELL_M + self._origin[0] - node.x_m
         y = (cells[:, 0] + 0.5) * _CELL_M + self._origin[1] - node.y_m
         distance = np.hypot(x, y)
@@ -260,7 +237,7 @@ class GlobalPlanner:
         turn = 2 * math.pi / kernels.HEADINGS
         heading = round(pose.yaw_rad / turn) % kernels.HEADINGS
         row, col = int(y / _CELL_M), int(x / _CELL_M)
-        own = kernels.sample_bilinear(self.clearance_m, self.resolution_m, x, y)
+        own = paths.sample_bilinear(self.clearance_m, self.resolution_m, x, y)
         floor = min(own, self.costs.least_m) - 0.02
         best = None
         for radius in (1, 3, 6):
@@ -275,7 +252,9 @@ class GlobalPlanner:
                 away = math.hypot(to_x - x, to_y - y)
                 if best is not None and away >= best[0]:
                     continue
-                between = chord_clearance(self.clearance_m, self.resolution_m, x, y, to_x, to_y)
+                between = paths.chord_clearance(
+                    self.clearance_m, self.resolution_m, x, y, to_x, to_y
+                )
                 if between >= floor:
                     best = (away, state)
             if best is not None:

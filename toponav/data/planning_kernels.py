@@ -11,6 +11,7 @@ from numba import njit
 
 __all__ = [
     "BINS",
+    "BINS_PER_HEADING",
     "HEADINGS",
     "NOWHERE",
     "cost_to_go",
@@ -18,14 +19,12 @@ __all__ = [
     "distance_to_segments",
     "off_plan_fraction",
     "raise_near",
-    "resample",
-    "sample_bilinear",
-    "smooth",
     "truth_by_heading",
 ]
 
 HEADINGS = 16
-BINS = 48
+BINS_PER_HEADING = 3
+BINS = HEADINGS * BINS_PER_HEADING
 NOWHERE = -2
 _FAR = 1 << 30
 # Lattice moves of the sixteen headings, in cells (columns, rows).
@@ -34,7 +33,7 @@ _DY = np.array([0, 1, 1, 2, 1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1])
 
 
 @njit(cache=True)
-def truth_by_heading(cell_xy, cell_room, node_xy, node_size, node_room, node_aligned, out):
+def truth_by_heading(cell_xy, cell_room, node_xy, node_size, node_room, node_aligned, out):  # type: ignore[no-untyped-def]
     """Fills `out[cell, bin]` with the protocol's true node, -1 where there is none.
 
     `cell_room` is -1 outside enclosed rooms and `NOWHERE` where there is no node at all.
@@ -65,7 +64,7 @@ def truth_by_heading(cell_xy, cell_room, node_xy, node_size, node_room, node_ali
 
 
 @njit(cache=True)
-def off_plan_fraction(truth, cells, on_plan):
+def off_plan_fraction(truth, cells, on_plan):  # type: ignore[no-untyped-def]
     """How far each (cell, heading) is from being on the plan: 0 safely on, 1 off.
 
     The heading itself weighs half, 7.5 degrees to either side a quarter each.
@@ -74,9 +73,9 @@ def off_plan_fraction(truth, cells, on_plan):
     for i in range(cells.shape[0]):
         cell = cells[i]
         for k in range(HEADINGS):
-            middle = truth[cell, 3 * k]
-            left = truth[cell, (3 * k + 1) % BINS]
-            right = truth[cell, (3 * k + BINS - 1) % BINS]
+            middle = truth[cell, BINS_PER_HEADING * k]
+            left = truth[cell, (BINS_PER_HEADING * k + 1) % BINS]
+            right = truth[cell, (BINS_PER_HEADING * k + BINS - 1) % BINS]
             if middle >= 0 and not on_plan[middle]:
                 off[i, k] += 0.5
             if left >= 0 and not on_plan[left]:
@@ -87,7 +86,7 @@ def off_plan_fraction(truth, cells, on_plan):
 
 
 @njit(cache=True)
-def raise_near(off, cell_id, poses, cell_m, radius_m, extra):
+def raise_near(off, cell_id, poses, cell_m, radius_m, extra):  # type: ignore[no-untyped-def]
     """Adds to `off` about the poses (x, y, yaw): fully there, less to the sides and beside."""
     rows, cols = cell_id.shape
     reach = int(radius_m / cell_m) + 1
@@ -107,7 +106,7 @@ def raise_near(off, cell_id, poses, cell_m, radius_m, extra):
 
 
 @njit(cache=True)
-def distance_to_segments(rows, cols, cell_m, segments, reach_m):
+def distance_to_segments(rows, cols, cell_m, segments, reach_m):  # type: ignore[no-untyped-def]
     """Distance of each cell's centre to the nearest segment, infinite beyond `reach_m`."""
     distance = np.full((rows, cols), np.inf, dtype=np.float32)
     for s in range(segments.shape[0]):
@@ -132,7 +131,7 @@ def distance_to_segments(rows, cols, cell_m, segments, reach_m):
 
 
 @njit(cache=True)
-def cost_to_go(cell_id, cells, weight, off, goal, off_cost, turn_cost, pivot_cost, units_per_cell):
+def cost_to_go(cell_id, cells, weight, off, goal, off_cost, turn_cost, pivot_cost, units_per_cell):  # type: ignore[no-untyped-def]
     """Least cost to reach the goal from each (cell, heading), in integer units.
 
     Dijkstra backwards with a ring of buckets (Dial). A move goes one lattice step along its
@@ -221,7 +220,7 @@ def cost_to_go(cell_id, cells, weight, off, goal, off_cost, turn_cost, pivot_cos
 
 
 @njit(cache=True)
-def descend(value, cell_id, cells, weight, off, start, off_cost, turn_cost, pivot_cost, units):
+def descend(value, cell_id, cells, weight, off, start, off_cost, turn_cost, pivot_cost, units):  # type: ignore[no-untyped-def]
     """States of a cheapest way from `start` to the goal, or an empty array when there is none."""
     rows, cols = cell_id.shape
     path = np.empty(20000, dtype=np.int32)
@@ -262,85 +261,3 @@ def descend(value, cell_id, cells, weight, off, start, off_cost, turn_cost, pivo
         path[size] = state
         size += 1
     return path[:size].copy()
-
-
-@njit(cache=True)
-def sample_bilinear(grid, resolution_m, x, y):
-    """The grid's value at a point between cell centres; the border's value outside."""
-    rows, cols = grid.shape
-    u = min(max(x / resolution_m - 0.5, 0.0), cols - 1.001)
-    v = min(max(y / resolution_m - 0.5, 0.0), rows - 1.001)
-    col, row = int(u), int(v)
-    a, b = u - col, v - row
-    low = grid[row, col] * (1 - a) + grid[row, col + 1] * a
-    high = grid[row + 1, col] * (1 - a) + grid[row + 1, col + 1] * a
-    return low * (1 - b) + high * b
-
-
-@njit(cache=True)
-def resample(points, step_m):
-    """Points along the polyline at equal distances, ends kept."""
-    count = points.shape[0]
-    along = np.zeros(count)
-    for i in range(1, count):
-        along[i] = along[i - 1] + math.hypot(
-            points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
-        )
-    total = along[-1]
-    pieces = max(1, round(total / step_m))
-    out = np.empty((pieces + 1, 2))
-    j = 0
-    for i in range(pieces + 1):
-        target = total * i / pieces
-        while j < count - 2 and along[j + 1] < target:
-            j += 1
-        span = along[j + 1] - along[j] if count > 1 else 0.0
-        a = (target - along[j]) / span if span > 0 else 0.0
-        a = min(max(a, 0.0), 1.0)
-        for axis in range(2):
-            end = points[j + 1, axis] if count > 1 else points[j, axis]
-            out[i, axis] = points[j, axis] * (1 - a) + end * a
-    return out
-
-
-@njit(cache=True)
-def smooth(points, clearance, resolution_m, rounds, bend, anchor, push, comfort_m, least_m):
-    """The path bent smooth, pushed off obstacles nearer than `comfort_m`, held near itself."""
-    count = points.shape[0]
-    out = points.copy()
-    h = resolution_m
-    for _ in range(rounds):
-        for i in range(1, count - 1):
-            x, y = out[i]
-            gx = bend * (0.5 * (out[i - 1, 0] + out[i + 1, 0]) - x)
-            gy = bend * (0.5 * (out[i - 1, 1] + out[i + 1, 1]) - y)
-            if 1 < i < count - 2:
-                gx += (
-                    bend
-                    * (4 * (out[i - 1, 0] + out[i + 1, 0]) - out[i - 2, 0] - out[i + 2, 0] - 6 * x)
-                    / 16
-                )
-                gy += (
-                    bend
-                    * (4 * (out[i - 1, 1] + out[i + 1, 1]) - out[i - 2, 1] - out[i + 2, 1] - 6 * y)
-                    / 16
-                )
-            gx += anchor * (points[i, 0] - x)
-            gy += anchor * (points[i, 1] - y)
-            near = sample_bilinear(clearance, resolution_m, x, y)
-            if near < comfort_m:
-                sx = (
-                    sample_bilinear(clearance, resolution_m, x + h, y)
-                    - sample_bilinear(clearance, resolution_m, x - h, y)
-                ) / (2 * h)
-                sy = (
-                    sample_bilinear(clearance, resolution_m, x, y + h)
-                    - sample_bilinear(clearance, resolution_m, x, y - h)
-                ) / (2 * h)
-                gx += push * (comfort_m - near) * sx
-                gy += push * (comfort_m - near) * sy
-            moved = sample_bilinear(clearance, resolution_m, x + gx, y + gy)
-            if moved >= least_m or moved >= near:
-                out[i, 0] = x + gx
-                out[i, 1] = y + gy
-    return out

@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from toponav.data.planning_kernels import sample_bilinear
+from toponav.data.path_kernels import chord_clearance, sample_bilinear
 
 __all__ = [
     "FollowSettings",
     "Ground",
     "PathArrays",
-    "chord_clearance",
     "curvature",
     "follow",
     "nearest_on_path",
@@ -54,12 +53,12 @@ class FollowSettings(NamedTuple):
 
 
 @njit(cache=True)
-def _wrap(angle):
+def _wrap(angle):  # type: ignore[no-untyped-def]
     return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
 @njit(cache=True)
-def curvature(points, reach):
+def curvature(points, reach):  # type: ignore[no-untyped-def]
     """Unsigned curvature of the polyline, from the turn over `reach` points to either side."""
     count = points.shape[0]
     out = np.zeros(count)
@@ -77,7 +76,7 @@ def curvature(points, reach):
 
 
 @njit(cache=True)
-def speed_profile(
+def speed_profile(  # type: ignore[no-untyped-def]
     points, clearance, resolution_m, top_m_s, turn_rad_s, slow_m_s, tight_m, brake_m_s2
 ):
     """Speed at each point: slower where the path bends or is tight, braking in time."""
@@ -98,7 +97,7 @@ def speed_profile(
 
 
 @njit(cache=True)
-def nearest_on_path(points, x, y, low, high):
+def nearest_on_path(points, x, y, low, high):  # type: ignore[no-untyped-def]
     """Index of the nearest point among `low..high`, and its distance."""
     best, index = math.inf, low
     for i in range(low, high):
@@ -109,21 +108,7 @@ def nearest_on_path(points, x, y, low, high):
 
 
 @njit(cache=True)
-def chord_clearance(clearance, resolution_m, ax, ay, bx, by):
-    """Least clearance along a straight line."""
-    length = math.hypot(bx - ax, by - ay)
-    pieces = int(length / 0.05) + 1
-    least = math.inf
-    for i in range(pieces + 1):
-        a = i / pieces
-        least = min(
-            least, sample_bilinear(clearance, resolution_m, ax + a * (bx - ax), ay + a * (by - ay))
-        )
-    return least
-
-
-@njit(cache=True)
-def _stop_clearance(clearance, resolution_m, x, y, yaw, v, w, to_v, to_w, limits):
+def _stop_clearance(clearance, resolution_m, x, y, yaw, v, w, to_v, to_w, limits):  # type: ignore[no-untyped-def]
     """Least clearance if a command is held for 0.3 s and the robot then brakes to a stop."""
     dt = 0.05
     least = math.inf
@@ -144,7 +129,7 @@ def _stop_clearance(clearance, resolution_m, x, y, yaw, v, w, to_v, to_w, limits
 
 
 @njit(cache=True)
-def follow(path, index, pose, velocity, ground, limits, settings):
+def follow(path, index, pose, velocity, ground, limits, settings):  # type: ignore[no-untyped-def]
     """The next command on the path: (linear, angular, index of the nearest point, distance).
 
     Steers at a point ahead, nearer when the straight line to it is not free, slows and pivots
@@ -205,7 +190,7 @@ def follow(path, index, pose, velocity, ground, limits, settings):
 
 
 @njit(cache=True)
-def _escape(clearance, resolution_m, x, y, yaw, v, w, tx, ty, limits, allowed):
+def _escape(clearance, resolution_m, x, y, yaw, v, w, tx, ty, limits, allowed):  # type: ignore[no-untyped-def]
     """The safe command that ends best towards a point: nearer, facing it, rather forwards."""
     best = math.inf
     to_v, to_w = 0.0, 0.0
@@ -231,7 +216,7 @@ def _escape(clearance, resolution_m, x, y, yaw, v, w, tx, ty, limits, allowed):
 
 
 @njit(cache=True)
-def rehearse(path, pose, ground, limits, settings, most_steps, period_s):
+def rehearse(path, pose, ground, limits, settings, most_steps, period_s):  # type: ignore[no-untyped-def]
     """Poses [steps, 3] of a drive along the whole path, by the robot's limits alone."""
     poses = np.empty((most_steps, 3))
     x, y, yaw = pose
