@@ -8,6 +8,7 @@ one holds the same messages whatever the number of workers.
 import dataclasses
 import functools
 import itertools
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +26,7 @@ from toponav.data.buildings import (
     resolve_buildings,
 )
 from toponav.data.dataset import (
+    ANNOTATIONS,
     Manifest,
     building_dir,
     discard_partials,
@@ -67,7 +69,8 @@ class CollectConfig:
     episodes_per_building: int = 10
     """Consecutive trajectories in one building before the next one's turn."""
     attempts: int = 3
-    """Drives tried, each with half the noise, before one that misses its goal is kept."""
+    """Drives of the expert tried, each with half the noise, before one that misses its goal
+    is kept. A learner has one try."""
     noise: NoiseConfig = field(default_factory=NoiseConfig)
     """Noise on the executed commands."""
     start: StartConfig = field(default_factory=StartConfig)
@@ -152,7 +155,9 @@ def collect(
     factory = driver or NoisyExpertFactory(config.noise)
     resolve_buildings(config.buildings, config.seed)
     with locked(out):
-        before = _begin(out, config, factory.source)
+        before = _begin(out, config, factory)
+        if before.complete and (not annotate or (out / ANNOTATIONS).exists()):
+            return before
         pending = sorted(set(before.expected) - set(recorded(out)))
         chunks = [
             tuple(group)
@@ -175,10 +180,13 @@ def collect(
         return finish_dataset(out, before, workers=workers, annotate=annotate)
 
 
-def _begin(out: Path, config: CollectConfig, source: str) -> Manifest:
+def _begin(out: Path, config: CollectConfig, factory: DriverFactory) -> Manifest:
     """The manifest to fill: a new one, or the one that is there if it wants the same."""
     discard_partials(out)
-    wanted = {**config.to_dict(), "source": source}
+    wanted = {**config.to_dict(), "source": factory.source}
+    if factory.source != "expert" and dataclasses.is_dataclass(factory):
+        # Through JSON, as it will be compared with what a file says.
+        wanted["driver"] = json.loads(json.dumps(dataclasses.asdict(factory), default=str))
     manifest = Manifest("graphnav", config.episodes, wanted, environment())
     if (out / "dataset.json").exists():
         there = read_manifest(out)
@@ -196,8 +204,10 @@ def _begin(out: Path, config: CollectConfig, source: str) -> Manifest:
             )
         episodes = max(there.episodes, config.episodes)
         manifest = dataclasses.replace(
-            there, episodes=episodes, config={**wanted, "episodes": episodes}, complete=False
+            there, episodes=episodes, config={**wanted, "episodes": episodes}
         )
+        there_is_all = set(manifest.expected) <= set(recorded(out))
+        manifest = dataclasses.replace(manifest, complete=there.complete and there_is_all)
     elif recorded(out):
         raise InputError(
             "the folder holds trajectories but no dataset.json",
@@ -265,7 +275,9 @@ def _record(
         source=source,
         noise_scale=config.noise.noise_scale,
     )
-    for attempt in range(config.attempts):
+    # What a learner does wrong is what it has to learn from: its drives are kept as they are.
+    attempts = config.attempts if source == "expert" else 1
+    for attempt in range(attempts):
         tried = dataclasses.replace(
             metadata, attempt=attempt, noise_scale=metadata.noise_scale * 0.5**attempt
         )
@@ -276,6 +288,6 @@ def _record(
             attempt,
         )
         outcome, contact = drive(site, plan, start, driver, writer, config.start.after_goal_steps)
-        if outcome == "success" or attempt + 1 == config.attempts:
+        if outcome == "success" or attempt + 1 == attempts:
             return writer.finish(outcome, contact)
     raise AssertionError("attempts is at least 1")
