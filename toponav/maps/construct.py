@@ -6,15 +6,17 @@ the right; a doorway arm carries a door node in the opening and a room node behi
 distances are those measured on the authors' maps of four Stanford areas.
 """
 
+import itertools
 import math
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from toponav.core.errors import InputError
 from toponav.core.geometry import angle_difference
 from toponav.core.vocabulary import Behavior, NodeKind
+from toponav.maps._node_sizes import sizes_for_passing
 from toponav.maps.spec import Edge, MapFrame, Node, TopologicalMap
 from toponav.worlds.layout import Doorway, HallwayLayout, Passage
 from toponav.worlds.scene import Scene
@@ -23,7 +25,7 @@ __all__ = ["map_from_layout"]
 
 _LANE_M = 0.115
 """Half the distance between the two directions."""
-_SHARE_M = 0.8
+_SHARE_M = 0.6
 """Pairs closer than this along a hallway become one."""
 _FACING_M = 0.35
 """Doorways closer than this along a hallway make one place."""
@@ -119,13 +121,12 @@ def map_from_layout(scene: Scene) -> TopologicalMap:
                 _join(drawing, place.arms)
     for arms in junctions.values():
         _join(drawing, arms)
-    used = {end for edge in drawing.edges.values() for end in (edge.source, edge.target)}
-    return TopologicalMap(
-        scene.name,
-        MapFrame(),
-        tuple(node for node in drawing.nodes.values() if node.id in used),
-        tuple(drawing.edges.values()),
-    )
+    edges = tuple(drawing.edges.values())
+    used = {end for edge in edges for end in (edge.source, edge.target)}
+    nodes = [node for node in drawing.nodes.values() if node.id in used]
+    sizes = sizes_for_passing(nodes, edges)
+    sized = tuple(replace(node, size=sizes.get(node.id, 1.0)) for node in nodes)
+    return TopologicalMap(scene.name, MapFrame(), sized, edges)
 
 
 def _draw_doorway(drawing: _Drawing, doorway: Doorway) -> _Arm:
@@ -156,7 +157,7 @@ def _draw_passage(drawing: _Drawing, passage: Passage, door_arms: dict[str, _Arm
     yaw = drawing.layout.yaw_rad(passage)
     for place in places:
         place.arms += [door_arms[doorway.door] for doorway in place.doorways]
-    for here, after in zip(places, places[1:], strict=False):
+    for here, after in itertools.pairwise(places):
         leave = here.along_m + here.after_m
         arrive = after.along_m - after.before_m
         if arrive - leave < _SHARE_M:
@@ -187,24 +188,36 @@ def _places(drawing: _Drawing, passage: Passage) -> list[_Place]:
             last.doorways.append(doorway)
             last.along_m = (last.doorways[0].along_m + doorway.along_m) / 2
         else:
-            half_m = passage.width_m / 2
-            places.append(
-                _Place(
-                    doorway.along_m, _turn_m(drawing, half_m), _turn_m(drawing, half_m), [doorway]
-                )
-            )
+            places.append(_Place(doorway.along_m, 0.0, 0.0, [doorway]))
+    for place in places[1:]:
+        place.before_m, place.after_m = _turns_m(drawing, passage, place.doorways)
     places.append(_Place(length_m, passage.end_reach_m, 0.0, junction=passage.end))
     for end, inner in ((0, 1), (-1, -2)):
         _settle_end(drawing, passage, places, end, inner)
     return places
 
 
-def _turn_m(drawing: _Drawing, half_width_m: float) -> float:
-    """Distance along the hallway from a doorway's axis to where a turn begins or is complete."""
-    usual = drawing.rng.normal(0.92, 0.24)
-    # Turns steeper than this to the hallway stay clear of the 36 degrees of its lanes.
-    steepest = (half_width_m + 0.15) * 1.12
-    return float(np.clip(usual, 0.55, max(0.6, min(1.6, steepest))))
+def _turns_m(drawing: _Drawing, passage: Passage, doorways: list[Doorway]) -> tuple[float, float]:
+    """Distances along the hallway from doorways' axis to where turns begin and are complete.
+
+    The angles of the turns are such that a robot driving past, or straight across from door to
+    door, is not within 36 degrees of them, as long as the usual distances allow.
+    """
+    start, yaw = drawing.layout.junction_by_name[passage.start], drawing.layout.yaw_rad(passage)
+
+    def aside_m(name: str) -> float:
+        node = drawing.nodes[name]
+        return abs((node.y_m - start.y_m) * math.cos(yaw) - (node.x_m - start.x_m) * math.sin(yaw))
+
+    door_m = min(aside_m(doorway.door) for doorway in doorways)
+    if len(doorways) > 1:
+        least_m = 0.8 * max(aside_m(doorway.room) for doorway in doorways)
+        most_m = max(least_m + 0.05, 1.1 * door_m)
+        before_m, after_m = drawing.rng.uniform(least_m, most_m, size=2)
+    else:
+        most_m = max(0.6, min(1.6, 0.98 * door_m))
+        before_m, after_m = np.clip(drawing.rng.normal(0.92, 0.24, size=2), 0.55, most_m)
+    return float(before_m), float(after_m)
 
 
 def _settle_end(

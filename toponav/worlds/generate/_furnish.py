@@ -109,7 +109,7 @@ def furnish_room(
 ) -> None:
     """Fills one rectangle of floor with what its kind of room holds."""
     area_m2 = (box[0].stop - box[0].start) * (box[1].stop - box[1].start) * CELL_M**2
-    crowding = float(rng.gamma(4.0, 0.25)) * math.sqrt(area_m2 / _USUAL_AREA_M2)
+    crowding = float(rng.gamma(5.0, 0.2)) * math.sqrt(area_m2 / _USUAL_AREA_M2)
     for placement in FURNISHING[kind]:
         for _ in range(int(rng.poisson(placement.per_room * crowding))):
             _try_put(rng, canvas, placement, box, within)
@@ -148,9 +148,13 @@ def _spot(
         if rng.random() < 0.35:  # into a corner
             row = int(rng.choice([r.start, r.stop - rows]))
             col = int(rng.choice([c.start, c.stop - cols]))
-        row, col = [(r.start, col), (row, c.start), (r.stop - rows, col), (row, c.stop - cols)][
-            turns
-        ]
+        gap = int(rng.choice([0, 1, 2, 4], p=[0.45, 0.25, 0.2, 0.1]))
+        row, col = (
+            (r.start + gap, col),
+            (row, c.start + gap),
+            (r.stop - rows - gap, col),
+            (row, c.stop - cols - gap),
+        )[turns]
     return row, col
 
 

@@ -12,6 +12,7 @@ __all__ = ["PlacedDoor", "PlacedRoom", "place_rooms"]
 
 _SNAP = round(0.3 / CELL_M)
 _DOOR_GAP = round(1.35 / CELL_M)
+_BORDER = 26  # cells at the edge of the grid where bays may come but no rooms
 
 
 @dataclass
@@ -68,7 +69,7 @@ class _Site:
     def is_free(self, row: tuple[int, int], col: tuple[int, int], wall: int) -> bool:
         """Whether a room fits with one cell to other rooms and `wall` cells to hallways."""
         rows, cols = self.halls.shape
-        if row[0] < 4 or col[0] < 4 or row[1] > rows - 4 or col[1] > cols - 4:
+        if min(row[0], col[0], rows - row[1], cols - col[1]) < _BORDER:
             return False
         beside = self.rooms[row[0] - 1 : row[1] + 1, col[0] - 1 : col[1] + 1]
         near = self.halls[row[0] - wall : row[1] + wall, col[0] - wall : col[1] + wall]
@@ -80,11 +81,10 @@ def place_rooms(
 ) -> list[PlacedRoom]:
     """Up to `limit` rooms at dead ends and along both sides of every hallway."""
     site = _Site(skeleton, halls, np.zeros_like(halls))
-    kinds = _KindChooser(rng)
     rooms: list[PlacedRoom] = []
     for junction in range(len(skeleton.junctions)):
         if skeleton.is_dead_end(junction) and rng.random() < 0.55:
-            room = _end_room(rng, site, junction, kinds)
+            room = _end_room(rng, site, junction)
             if room is not None:
                 rooms.append(room)
     sides = [
@@ -95,31 +95,28 @@ def place_rooms(
     ]
     for position in rng.permutation(len(sides)):
         index, side = sides[int(position)]
-        rooms += _side_rooms(rng, site, index, side, kinds)
+        rooms += _side_rooms(rng, site, index, side)
     return rooms[:limit]
 
 
-class _KindChooser:
-    """Kinds of rooms with the sizes that they come in: (width, depth) ranges in metres."""
+_SIZES_M = {
+    RoomKind.OFFICE: ((2.7, 4.6), (3.4, 6.0)),
+    RoomKind.CONFERENCE_ROOM: ((4.2, 7.0), (4.5, 6.6)),
+    RoomKind.STORAGE: ((2.0, 3.2), (2.4, 4.5)),
+    RoomKind.WC: ((3.0, 5.2), (4.0, 6.2)),
+    RoomKind.COPY_ROOM: ((2.5, 4.0), (2.8, 4.5)),
+    RoomKind.PANTRY: ((2.8, 4.5), (3.0, 5.0)),
+}
+"""Width and depth ranges of each kind of room."""
 
-    SIZES = {
-        RoomKind.OFFICE: ((2.7, 4.6), (3.4, 6.0)),
-        RoomKind.CONFERENCE_ROOM: ((4.2, 7.0), (4.5, 6.6)),
-        RoomKind.STORAGE: ((2.0, 3.2), (2.4, 4.5)),
-        RoomKind.WC: ((3.0, 5.2), (4.0, 6.2)),
-        RoomKind.COPY_ROOM: ((2.5, 4.0), (2.8, 4.5)),
-        RoomKind.PANTRY: ((2.8, 4.5), (3.0, 5.0)),
-    }
+_SHARES = (0.74, 0.08, 0.05, 0.05, 0.04, 0.04)
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._rng = rng
-        self._kinds = list(self.SIZES)
 
-    def __call__(self) -> tuple[RoomKind, int, int]:
-        rng = self._rng
-        kind = self._kinds[int(rng.choice(6, p=[0.74, 0.08, 0.05, 0.05, 0.04, 0.04]))]
-        width, depth = self.SIZES[kind]
-        return kind, round(rng.uniform(*width) / CELL_M), round(rng.uniform(*depth) / CELL_M)
+def _wish(rng: np.random.Generator) -> tuple[RoomKind, int, int]:
+    """A kind of room with a width and a depth."""
+    kind = list(_SIZES_M)[int(rng.choice(len(_SHARES), p=_SHARES))]
+    width, depth = _SIZES_M[kind]
+    return kind, round(rng.uniform(*width) / CELL_M), round(rng.uniform(*depth) / CELL_M)
 
 
 def _wall(rng: np.random.Generator) -> int:
@@ -131,15 +128,13 @@ def _door_width(rng: np.random.Generator) -> int:
     return int(rng.choice([15, 16, 17, 18, 20, 22], p=[0.16, 0.38, 0.2, 0.14, 0.07, 0.05]))
 
 
-def _end_room(
-    rng: np.random.Generator, site: _Site, junction: int, kinds: _KindChooser
-) -> PlacedRoom | None:
+def _end_room(rng: np.random.Generator, site: _Site, junction: int) -> PlacedRoom | None:
     """A room that a hallway leads straight into at its dead end."""
     index, direction = site.skeleton.arms[junction][0]
     run = site.skeleton.runs[index]
     if run.is_open:
         return None
-    kind, width, depth = kinds()
+    kind, width, depth = _wish(rng)
     wall = _wall(rng)
     end = run.low if direction > 0 else run.high
     outward = -direction
@@ -161,9 +156,7 @@ def _end_room(
     return None
 
 
-def _side_rooms(
-    rng: np.random.Generator, site: _Site, index: int, side: int, kinds: _KindChooser
-) -> list[PlacedRoom]:
+def _side_rooms(rng: np.random.Generator, site: _Site, index: int, side: int) -> list[PlacedRoom]:
     """Rooms side by side along one side of a run."""
     run = site.skeleton.runs[index]
     rooms: list[PlacedRoom] = []
@@ -173,7 +166,7 @@ def _side_rooms(
         if rng.random() < 0.06:
             position += int(rng.integers(10, 60))
             continue
-        kind, width, depth = kinds()
+        kind, width, depth = _wish(rng)
         wall = usual if rng.random() < 0.7 else _wall(rng)
         room = _fit(rng, site, (index, side), (kind, position, width, depth, wall))
         if room is None:
@@ -195,7 +188,7 @@ def _fit(
     index, side = where
     kind, start, width, depth, wall = wish
     run = site.skeleton.runs[index]
-    smallest = _KindChooser.SIZES[kind]
+    smallest = _SIZES_M[kind]
     edge = run.across + side * run.half
     for wide in {width: 0, round(width * 0.8): 0, round(smallest[0][0] / CELL_M): 0}:
         along = (start, start + wide)
@@ -225,18 +218,18 @@ def _side_door(
     low, high = max(span[0], run.low) + margin, min(span[1], run.high) - margin
     if low >= high:
         return None
-    wishes = [along for along, other in site.doors.get(index, []) if other != side]
-    wishes += [stop.along for stop in run.stops[1:-1] if rng.random() < 0.6]
-    rng.shuffle(wishes)
+    opposite = [
+        along + int(rng.integers(-4, 5))
+        for along, other in site.doors.get(index, [])
+        if other != side and rng.random() < 0.2
+    ]
+    facing = [stop.along for stop in run.stops[1:-1] if rng.random() < 0.6]
     near_corner = [low + int(rng.integers(0, 6)), high - int(rng.integers(0, 6))]
     rng.shuffle(near_corner)
     anywhere = [int(value) for value in rng.integers(low, high + 1, size=8)]
-    candidates = near_corner + anywhere + wishes
-    if rng.random() < 0.15:
-        candidates = wishes + near_corner + anywhere
-    for along in candidates:
+    for along in facing + opposite + near_corner + anywhere:
         if low <= along <= high:
-            place = _place(site, run, (index, side), along)
+            place = _place(site, run, (index, side), along, along in opposite)
             if place is not None:
                 along, junction = place
                 recess = wall - 2 if wall >= 6 and rng.random() < 0.6 else 0
@@ -248,7 +241,7 @@ def _side_door(
 
 
 def _place(
-    site: _Site, run: Run, where: tuple[int, int], along: int
+    site: _Site, run: Run, where: tuple[int, int], along: int, may_face: bool
 ) -> tuple[int, int | None] | None:
     """Where exactly the door may go and which junction it faces; None where it may not."""
     index, side = where
@@ -268,7 +261,7 @@ def _place(
             return None
     for other, other_side in site.doors.get(index, []):
         apart = abs(along - other)
-        if other_side != side and apart <= _SNAP:
+        if may_face and other_side != side and apart <= _SNAP:
             continue
         if apart < _DOOR_GAP:
             return None

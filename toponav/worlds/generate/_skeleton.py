@@ -217,7 +217,7 @@ def _assemble(
     number = {point: index for index, point in enumerate(points)}
     junctions = [(xs[i], ys[j]) for i, j in points]
     base_m = rng.choice(
-        [rng.uniform(1.25, 1.55), rng.uniform(1.6, 2.0), rng.uniform(2.0, 2.5)],
+        [rng.uniform(1.15, 1.5), rng.uniform(1.6, 2.0), rng.uniform(2.0, 2.5)],
         p=[0.28, 0.56, 0.16],
     )
     runs: list[Run] = []
@@ -241,8 +241,9 @@ def _assemble(
             arms[here.junction].append((index, 1))
             arms[after.junction].append((index, -1))
     skeleton = Skeleton(runs, junctions, 0, 0, arms)
-    for index, run in enumerate(runs):
-        _finish(rng, skeleton, index, run)
+    _finish(
+        rng, skeleton, [_junction_reach_m(rng, skeleton, index) for index in range(len(points))]
+    )
     return skeleton
 
 
@@ -263,7 +264,7 @@ def _run(
     width_m = (
         float(rng.uniform(3.4, 6.6))
         if is_open
-        else float(np.clip(base_m + rng.normal(0.0, 0.12), 1.2, 2.7))
+        else float(np.clip(base_m + rng.normal(0.0, 0.12), 1.15, 2.7))
     )
     return Run(
         horizontal,
@@ -277,30 +278,51 @@ def _run(
     )
 
 
-def _finish(rng: np.random.Generator, skeleton: Skeleton, index: int, run: Run) -> None:
-    """How far its floor goes at its ends, and where turns begin along it."""
-    ends = []
-    for stop in run.stops:
-        crossing = [
-            skeleton.runs[other]
-            for other, _ in skeleton.arms[stop.junction]
-            if skeleton.runs[other].horizontal != run.horizontal
-        ]
-        halls = [other.half for other in crossing if not other.is_open]
-        opens = [other.half for other in crossing if other.is_open]
-        stop.reach_m = (_reach_m(rng, run, halls, opens), _reach_m(rng, run, halls, opens))
-        ends.append(0 if run.is_open else max(halls + [half - 6 for half in opens], default=0))
-    run.extend = (ends[0], ends[-1])
+def _finish(rng: np.random.Generator, skeleton: Skeleton, junction_reach_m: list[float]) -> None:
+    """How far the floors go at their ends, and where turns begin along each run."""
+    for run in skeleton.runs:
+        ends = []
+        for stop in run.stops:
+            halls, opens = _crossing_halves(skeleton, stop.junction, run.horizontal)
+            before, after = (
+                max(
+                    junction_reach_m[stop.junction] * float(rng.uniform(0.92, 1.08)),
+                    max(halls, default=0) * CELL_M + 0.1,
+                )
+                for _ in range(2)
+            )
+            stop.reach_m = (before, after)
+            ends.append(0 if run.is_open else max(halls + [half - 6 for half in opens], default=0))
+        run.extend = (ends[0], ends[-1])
 
 
-def _reach_m(rng: np.random.Generator, run: Run, halls: list[int], opens: list[int]) -> float:
-    """Distance from a junction's centre to the nodes on an arm."""
-    if not halls and not opens:  # a dead end, or an open space that a hallway leads straight into
-        return float(rng.uniform(1.3, 2.0))
-    hall_m = max(halls, default=0) * CELL_M
-    reach_m = hall_m + float(rng.uniform(0.1, 0.6))
-    if run.is_open:
-        return reach_m + float(rng.uniform(0.0, 0.9))
+def _crossing_halves(
+    skeleton: Skeleton, junction: int, horizontal: bool
+) -> tuple[list[int], list[int]]:
+    """Half widths of the hallways and of the open spaces that cross a run at a junction."""
+    crossing = [
+        skeleton.runs[other]
+        for other, _ in skeleton.arms[junction]
+        if skeleton.runs[other].horizontal != horizontal
+    ]
+    return (
+        [other.half for other in crossing if not other.is_open],
+        [other.half for other in crossing if other.is_open],
+    )
+
+
+def _junction_reach_m(rng: np.random.Generator, skeleton: Skeleton, junction: int) -> float:
+    """Distance from a junction's centre to the nodes on its arms.
+
+    All arms have about the same, so that turns cut the corner at about 45 degrees, as the
+    authors drew them; then no arm is mistaken for one that the robot drives past.
+    """
+    across = [_crossing_halves(skeleton, junction, horizontal) for horizontal in (True, False)]
+    halls = [half * CELL_M for some, _ in across for half in some]
+    opens = [half * CELL_M for _, some in across for half in some]
+    if len(skeleton.arms[junction]) == 1 or not all(some or other for some, other in across):
+        return float(rng.uniform(1.3, 2.0))  # a dead end, or a hallway that becomes open space
+    reach_m = max(halls, default=0.8) + float(rng.uniform(0.0, 0.5))
     if opens:
-        reach_m = max(reach_m, min(max(opens) * CELL_M * float(rng.uniform(0.6, 0.9)), 2.4))
+        return max(reach_m, min(max(opens) * float(rng.uniform(0.6, 0.9)), 2.3))
     return reach_m

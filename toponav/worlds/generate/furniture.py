@@ -56,7 +56,7 @@ def _desk(rng: np.random.Generator) -> Piece:
     mask[0] &= rng.random() < 0.3
     if rng.random() < 0.15:
         mask = solid
-    mask = ragged(rng, mask, float(rng.uniform(0.0, 0.6)))
+    mask = ragged(rng, mask, float(rng.uniform(0.1, 0.7)))
     return Piece(mask, float(rng.uniform(0.68, 0.78)), SemanticClass.TABLE)
 
 
@@ -112,7 +112,7 @@ def _shelf(rng: np.random.Generator) -> Piece:
 def _cabinet(rng: np.random.Generator) -> Piece:
     solid = _box(rng, (0.4, 1.1), (0.4, 0.65))
     filled = rng.random() < 0.4
-    mask = ragged(rng, solid, 0.1) if filled else scanned(rng, solid, float(rng.uniform(0.0, 0.4)))
+    mask = ragged(rng, solid, 0.1) if filled else scanned(rng, solid, float(rng.uniform(0.1, 0.7)))
     return Piece(mask, float(rng.uniform(0.6, 1.4)), SemanticClass.FURNITURE)
 
 
@@ -211,26 +211,30 @@ def _copier(rng: np.random.Generator) -> Piece:
 
 def _speck(rng: np.random.Generator) -> Piece:
     """A few stray cells: legs of chairs, bags, cables, reflections."""
-    mask = rng.random((int(rng.integers(1, 6)), int(rng.integers(1, 6)))) < 0.6
-    mask[0, 0] = True
+    mask = np.zeros((9, 9), dtype=bool)
+    row = col = 4
+    for _ in range(int(rng.integers(2, 26))):
+        mask[row, col] = True
+        step = int(rng.integers(-1, 2)), int(rng.integers(-1, 2))
+        row, col = min(max(row + step[0], 0), 8), min(max(col + step[1], 0), 8)
     return Piece(mask, float(rng.uniform(0.25, 1.1)), SemanticClass.CLUTTER)
 
 
 _ALWAYS = (
     Placement(_closet, 0.45, True),
-    Placement(_strip, 2.0, True),
-    Placement(_speck, 4.0, False),
+    Placement(_strip, 3.0, True),
+    Placement(_speck, 3.2, False),
 )
 
 FURNISHING: dict[RoomKind, tuple[Placement, ...]] = {
     RoomKind.OFFICE: (
         *_ALWAYS,
         Placement(_desk, 1.7, True),
-        Placement(_chair, 2.0, False),
-        Placement(_shelf, 1.2, True),
+        Placement(_chair, 2.6, False),
+        Placement(_shelf, 1.5, True),
         Placement(_cabinet, 1.0, True),
-        Placement(_table, 0.35, False),
-        Placement(_screen, 0.4, True),
+        Placement(_table, 0.5, False),
+        Placement(_screen, 0.6, True),
         Placement(_carton, 0.7, True),
         Placement(_plant, 0.3, True),
         Placement(_sofa, 0.08, True),

@@ -31,19 +31,19 @@ OFFICE_VERSION = "1"
 
 OfficeSize = Literal["small", "medium", "large"]
 
-_MARGIN = 160  # cells around the hallways in which rooms may stand
+_MARGIN = 180  # cells around the hallways in which rooms may stand
 _FEWEST_ROOMS, _MOST_ROOMS = 8, 40
 _ROBOT_RADIUS_M = 0.24
 
 
-def generate_office(seed: int, size: OfficeSize | None = None) -> Scene:
+def generate_office(seed: int, size: str | None = None) -> Scene:
     """An office floor: hallways, rooms, doors, furniture, clutter and its hallway layout.
 
     Every room can be reached from every other by a robot 0.36 m wide.
 
     Args:
         seed: Any number from 0; the same seed makes the same building, byte for byte.
-        size: About 8-15, 12-28 or 20-40 rooms; drawn from the seed where None.
+        size: An `OfficeSize`: up to 16, 28 or 40 rooms; drawn from the seed where None.
 
     Raises:
         InputError: When the seed is negative or the size has no such name.
@@ -141,15 +141,20 @@ def _furnish(
         furnish_room(rng, canvas, room.kind, room.box, within)
     halls = shell.room_index >= len(rooms)
     furnish_hallways(rng, canvas, skeleton, halls)
-    if not _clear_ways(canvas, skeleton, hearts):
+    if not _clear_ways(canvas, skeleton, hearts, shell.floor):
         return None
     return leaves
 
 
-def _clear_ways(canvas: Canvas, skeleton: Skeleton, hearts: list[tuple[int, int]]) -> bool:
+def _clear_ways(
+    canvas: Canvas,
+    skeleton: Skeleton,
+    hearts: list[tuple[int, int]],
+    floor: Bool[np.ndarray, "rows cols"],
+) -> bool:
     """Takes away what blocks the way to a room; False where walls do."""
     for _ in range(4):
-        labels, _count = ndimage.label(passable(canvas, _ROBOT_RADIUS_M))
+        labels, _count = ndimage.label(passable(canvas, _ROBOT_RADIUS_M) & floor)
         col, row = skeleton.junctions[skeleton.runs[0].stops[0].junction]
         home = _label_near(labels, row, col)
         if home == 0:
@@ -250,7 +255,8 @@ def _layout(skeleton: Skeleton, rooms: list[PlacedRoom], low: int, left: int) ->
         )
         for index, (col, row) in enumerate(skeleton.junctions)
     )
-    passages, spans = [], []
+    passages: list[Passage] = []
+    spans: list[tuple[int, int, int, str]] = []
     for number, run in enumerate(skeleton.runs):
         kind = NodeKind.OPEN_SPACE if run.is_open else NodeKind.HALLWAY
         for here, after in zip(run.stops, run.stops[1:], strict=False):
