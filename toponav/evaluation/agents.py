@@ -4,7 +4,7 @@ import dataclasses
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Agent, Belief, Observation, Velocity, VelocityLimits
@@ -52,8 +52,12 @@ class AgentContext:
     seed: int = 0
 
 
+@runtime_checkable
 class Driver(Protocol):
     """Executes one behaviour at a time (`toponav.navigation.graphnav.driver.BehaviorDriver`)."""
+
+    stopped_because: str
+    """Why it stopped the robot by itself, or an empty string."""
 
     def reset(self) -> None:
         """Forget the frames seen so far."""
@@ -62,6 +66,7 @@ class Driver(Protocol):
         """The command of the behaviour's network."""
 
 
+@runtime_checkable
 class PathPlanner(Protocol):
     """A driver that knows the floor plan (`toponav.data.expert.Expert`)."""
 
@@ -108,8 +113,14 @@ class GroundTruthLocationAgent:
         assert self._selector is not None, "reset the agent first"
         assert self._truth is not None, "show the agent the truth first"
         behavior = self._selector.select(self._truth.node)
-        self._belief = Belief(self._truth.node, self._truth.edge, behavior)
-        return self._driver.drive(behavior, observation)
+        command = self._driver.drive(behavior, observation)
+        self._belief = Belief(
+            self._truth.node,
+            self._truth.edge,
+            behavior,
+            stopped_because=self._driver.stopped_because,
+        )
+        return command
 
     def belief(self) -> Belief:
         """The truth, and the behaviour selected from it."""

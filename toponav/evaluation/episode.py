@@ -26,6 +26,7 @@ __all__ = [
 ]
 
 
+@runtime_checkable
 class RobotState(Protocol):
     """What a simulator says of the robot after a step (`toponav.sim.simulation.SimState`)."""
 
@@ -46,6 +47,7 @@ class RobotState(Protocol):
         """Seconds since the episode began."""
 
 
+@runtime_checkable
 class Simulator(Protocol):
     """What an episode needs of a simulator (`toponav.sim.simulation.Simulation`)."""
 

@@ -6,7 +6,7 @@ Definitions that the paper leaves open are in `JudgeRules`; docs/papers/graphnav
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 from toponav.core.episode import Velocity
 from toponav.core.errors import InputError
@@ -25,6 +25,7 @@ __all__ = [
 ]
 
 
+@runtime_checkable
 class NodeLocalizer(Protocol):
     """Anything that says which node a pose belongs to (`toponav.sim.oracle.TruthLocalizer`)."""
 

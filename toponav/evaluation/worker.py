@@ -10,7 +10,13 @@ from typing import Any
 from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Agent, VelocityLimits
 from toponav.evaluation.agents import AGENTS, AgentContext, make_agent
-from toponav.evaluation.episode import EpisodeRecord, ReseedableAgent, StepView, run_episode
+from toponav.evaluation.episode import (
+    EpisodeRecord,
+    PrivilegedAgent,
+    ReseedableAgent,
+    StepView,
+    run_episode,
+)
 from toponav.evaluation.protocol import EpisodeJudge, JudgeRules
 from toponav.evaluation.provenance import hash_of_code, hash_of_weights
 from toponav.evaluation.suite import Suite, seed_of
@@ -54,6 +60,7 @@ class EpisodeWorker:
         self.settings = settings
         self._agents: dict[str, Agent[NavigationTask]] = {}
         self._keys_of_weights: dict[str, str] = {}
+        self._warm: set[str] = set()
 
     @cached_property
     def localizer(self) -> TruthLocalizer:
@@ -106,6 +113,20 @@ class EpisodeWorker:
             transitions=plan_transitions(suite.map, task.plan, self._room_kinds),
             on_step=on_step,
         )
+
+    def _judge(self, index: int) -> EpisodeJudge:
+        suite, task = self.suite, self.suite.task(index)
+        return EpisodeJudge(suite.map, task.plan, self.localizer, task.start, self.settings.rules)
+
+    def _warm_up(self, name: str, index: int) -> None:
+        """A first step whose record is thrown away, so that compiling counts for no episode."""
+        self._warm.add(name)
+        suite, task, agent = self.suite, self.suite.task(index), self._agent(name, index)
+        state = self.simulation.reset(task.start)
+        agent.reset(NavigationTask(suite.map, task.plan))
+        if isinstance(agent, PrivilegedAgent):
+            agent.observe_truth(self._judge(index).truth(state.pose, state.velocity))
+        self.simulation.step(agent.act(self.simulation.observe()))
 
     @cached_property
     def _room_kinds(self) -> dict[str, Any]:

@@ -209,7 +209,8 @@ def _behavior_legend() -> str:
 
 def _agent_legend(report: DemoReport) -> str:
     return "".join(
-        f'<li><span class="swatch {_css_class(agent)} tint"></span>{escape(agent_title(agent))}</li>'
+        f'<li><span class="swatch {_css_class(agent)} tint"></span>'
+        f"{escape(agent_title(agent))}</li>"
         for agent in report.agents
     )
 

@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 from html import escape
 
-import numpy as np
-
 from toponav.evaluation.episode import EpisodeRecord
+from toponav.evaluation.figures import belief_over_time
 from toponav.evaluation.report.images import belief_image, data_url, png_bytes
 
-__all__ = ["STRIP_LEFT_PX", "STRIP_WIDTH_PX", "belief_matrix", "belief_strip"]
+__all__ = ["STRIP_LEFT_PX", "STRIP_WIDTH_PX", "belief_strip"]
 
 STRIP_LEFT_PX = 250.0
 """Where the time axis begins."""
@@ -35,15 +34,9 @@ class _Rows:
         return self.top(row) + _ROW_PX / 2
 
 
-def belief_matrix(record: EpisodeRecord) -> np.ndarray:
-    """Probabilities, [plan edges + 1, steps]; the last row is everything off the plan."""
-    columns = [(*step.plan_probability, step.elsewhere_probability) for step in record.steps]
-    return np.array(columns, dtype=np.float64).T
-
-
 def belief_strip(record: EpisodeRecord) -> str:
     """The strip as SVG, with a cursor that the page's script moves."""
-    matrix = belief_matrix(record)
+    matrix = belief_over_time(record)
     rows = _Rows(len(matrix))
     parts = [
         f'<svg class="strip" viewBox="0 0 1100 {rows.height_px:g}" role="img" '

@@ -112,7 +112,7 @@ def room_names(canvas: Canvas, scene: Scene) -> str:
     anchors = room_anchors_m(scene)
     for room, (x_m, y_m), area_m2 in zip(scene.rooms, anchors, areas_m2, strict=True):
         name = room.name.replace("_", " ")
-        fits = len(name) * _NAME_PX < 1.1 * math.sqrt(area_m2) * _PX_PER_M
+        fits = len(name) * _NAME_PX < 0.92 * math.sqrt(area_m2) * _PX_PER_M
         if np.isfinite(x_m) and fits and room.kind.is_enclosed:
             x, y = canvas.at(x_m, y_m)
             parts.append(f'<text x="{x}" y="{y}">{escape(name)}</text>')
@@ -163,7 +163,7 @@ def _arrow(x1: float, y1: float, x2: float, y2: float, kind: str) -> str:
 
 
 def plan_layer(canvas: Canvas, map_: TopologicalMap, plan: Plan) -> str:
-    """The plan as one wide band, with its start and its goal."""
+    """The plan as one wide band, with a ring around its goal."""
     points = [canvas.at(map_.node(node).x_m, map_.node(node).y_m) for node in plan.nodes]
     goal_x, goal_y = points[-1]
     return (

@@ -1,0 +1,64 @@
+import pytest
+
+from tests.evaluation.stand_ins import Spinner
+from tests.evaluation.tiny_building import tiny_map, tiny_scene
+from toponav.core.episode import Observation, Velocity
+from toponav.core.errors import InputError
+from toponav.core.geometry import Pose2
+from toponav.evaluation.agents import (
+    AGENTS,
+    AgentContext,
+    ExpertAgent,
+    check_agent_name,
+    make_agent,
+)
+from toponav.evaluation.protocol import Truth
+from toponav.maps.plan import Plan, shortest_plan
+from toponav.maps.task import NavigationTask
+
+MAP = tiny_map()
+
+
+def test_the_registry_has_the_design_pages_names() -> None:
+    assert set(AGENTS) == {"graphnav", "graphnav_pf", "gtl", "expert"}
+    assert [name for name, spec in AGENTS.items() if spec.is_privileged] == ["gtl", "expert"]
+
+
+def test_an_unknown_agent_is_refused_with_the_nearest_name() -> None:
+    with pytest.raises(InputError, match="did you mean 'graphnav_pf'"):
+        check_agent_name("graphnav_fp")
+
+
+@pytest.mark.parametrize(
+    "name", ["no_such_module:make", "tests.evaluation.stand_ins:nothing", "math:pi", ":"]
+)
+def test_an_agent_that_cannot_be_imported_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match="--agent"):
+        check_agent_name(name)
+
+
+def test_ones_own_agent_is_made_by_its_factory() -> None:
+    context = AgentContext(tiny_scene(), MAP)
+    assert isinstance(make_agent("tests.evaluation.stand_ins:spinner", context), Spinner)
+
+
+class NoWay:
+    """A planner that finds none."""
+
+    def reset(self, plan: Plan, pose: Pose2) -> None:
+        raise InputError("no way to the goal", where="plan", remedy="start elsewhere")
+
+    def act(self, pose: Pose2, velocity: Velocity) -> Velocity:
+        raise AssertionError("never asked")
+
+
+def test_an_expert_without_a_way_stops_and_says_why() -> None:
+    import numpy as np
+
+    agent = ExpertAgent(NoWay())
+    agent.reset(NavigationTask(MAP, shortest_plan(MAP, "office_1", "office_2")))
+    still = Velocity(0.0, 0.0)
+    agent.observe_truth(Truth(Pose2(1.0, 1.0, 0.0), still, "office_1", 0, None, None))
+    image = Observation(np.ones((2, 2), np.float32), 0.0)
+    assert agent.act(image) == still
+    assert agent.belief().stopped_because == "no way to the goal"
