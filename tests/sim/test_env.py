@@ -146,7 +146,7 @@ def test_picture_is_near_red_to_far_blue(env: BehavioralNavEnv) -> None:
         ({"collisions": "fatale"}, "did you mean 'fatal'"),
         ({"render_mode": "human"}, "rgb_array"),
         ({"max_steps": 0}, "at least 1"),
-        ({"backend": "gird"}, "did you mean 'grid'"),
+        ({"backend": "grids"}, "did you mean 'grid'"),
     ],
 )
 def test_wrong_arguments_name_the_remedy(scene: Scene, arguments: dict, message: str) -> None:
