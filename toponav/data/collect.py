@@ -184,9 +184,10 @@ def _begin(out: Path, config: CollectConfig, factory: DriverFactory) -> Manifest
     """The manifest to fill: a new one, or the one that is there if it wants the same."""
     discard_partials(out)
     wanted = {**config.to_dict(), "source": factory.source}
-    if factory.source != "expert" and dataclasses.is_dataclass(factory):
+    driver: Any = factory
+    if factory.source != "expert" and dataclasses.is_dataclass(driver):
         # Through JSON, as it will be compared with what a file says.
-        wanted["driver"] = json.loads(json.dumps(dataclasses.asdict(factory), default=str))
+        wanted["driver"] = json.loads(json.dumps(dataclasses.asdict(driver), default=str))
     manifest = Manifest("graphnav", config.episodes, wanted, environment())
     if (out / "dataset.json").exists():
         there = read_manifest(out)
