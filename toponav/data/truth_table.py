@@ -87,7 +87,8 @@ def _enclosed_room(scene: Scene, xy: Float[np.ndarray, "cells 2"]) -> Int32[np.n
     cells = (xy / scene.grid.resolution_m).astype(int)
     room = scene.room_index[cells[:, 1], cells[:, 0]]  # -1 takes the last number
     numbers = np.append(np.where(enclosed, np.arange(len(enclosed)), -1), kernels.NOWHERE)
-    return numbers[room].astype(np.int32)
+    found: np.ndarray = numbers[room].astype(np.int32)
+    return found
 
 
 def _aligned(topological_map: TopologicalMap) -> Bool[np.ndarray, "nodes bins"]:
