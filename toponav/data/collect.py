@@ -185,7 +185,7 @@ def _begin(out: Path, config: CollectConfig, factory: DriverFactory) -> Manifest
     discard_partials(out)
     wanted = {**config.to_dict(), "source": factory.source}
     driver: Any = factory
-    if factory.source != "expert" and dataclasses.is_dataclass(driver):
+    if factory.source != "expert" and hasattr(driver, "__dataclass_fields__"):
         # Through JSON, as it will be compared with what a file says.
         wanted["driver"] = json.loads(json.dumps(dataclasses.asdict(driver), default=str))
     manifest = Manifest("graphnav", config.episodes, wanted, environment())
