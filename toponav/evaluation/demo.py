@@ -148,7 +148,8 @@ def _choose_plans(scene: Scene, config: DemoConfig) -> tuple[EpisodeTask, ...]:
     sampled = sample_tasks(scene, map_from_layout(scene), _CANDIDATES, config.seed)
     fitting = [task for task in sampled if len(task.plan.nodes) in _PLAN_NODES] or list(sampled)
     starts: set[str] = set()
-    fresh, repeated = [], []
+    fresh: list[EpisodeTask] = []
+    repeated: list[EpisodeTask] = []
     for task in fitting:
         (repeated if task.plan.nodes[0] in starts else fresh).append(task)
         starts.add(task.plan.nodes[0])

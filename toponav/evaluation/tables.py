@@ -11,6 +11,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from rich import box
 from rich.table import Table
 
 from toponav.core.errors import InputError
@@ -188,7 +189,9 @@ def summary_table(results: Mapping[str, Any], title: str) -> Table:
         "success, plan (completion), feasible (success where the expert passes), edge",
         "(localization): %, strict rule. tolerant: success when a second off the plan fails.",
     )
-    return to_rich(PaperTable(title, columns, tuple(rows), notes, name_columns=1))
+    table = to_rich(PaperTable(title, columns, tuple(rows), notes, name_columns=1))
+    table.box, table.pad_edge, table.padding = box.SIMPLE_HEAD, False, (0, 1, 0, 0)
+    return table
 
 
 def to_rich(table: PaperTable) -> Table:

@@ -135,10 +135,10 @@ class EpisodeWorker:
     def _agent(self, name: str, index: int) -> Agent[NavigationTask]:
         """The agent with its random numbers started afresh."""
         seed = self._seed(name, index)
-        kept = self._agents.get(name)
+        kept: Any = self._agents.get(name)
         if isinstance(kept, ReseedableAgent):
             kept.reseed(seed)
-            return kept
+            return self._agents[name]
         context = AgentContext(
             self.suite.scene,
             self.suite.map,

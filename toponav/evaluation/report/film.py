@@ -30,6 +30,7 @@ _BELIEF = (92, 160, 255)
 _ROBOT = (255, 255, 255)
 _FINER = 2
 _MARGIN_M = 2.0
+_PX_PER_M = (26.0, 60.0)
 _VIEW_RAD = math.radians(150.0)
 
 BEHAVIOR_RGB: Mapping[Behavior, tuple[int, int, int]] = {
@@ -65,7 +66,10 @@ class FilmStep:
 
 
 class _PlanPanel:
-    """The right half: where metres fall, and what does not change from frame to frame."""
+    """The right half: where metres fall, and what does not change from frame to frame.
+
+    Where the whole plan would be too small to read, the picture follows the robot instead.
+    """
 
     def __init__(
         self, scene: Scene, map_: TopologicalMap, plan: Plan, path: Sequence[Pose2]
@@ -73,16 +77,19 @@ class _PlanPanel:
         nodes = [map_.node(node) for node in plan.nodes]
         x_m = [node.x_m for node in nodes] + [pose.x_m for pose in path]
         y_m = [node.y_m for node in nodes] + [pose.y_m for pose in path]
-        width, height = _PLAN_BOX[2] * _FINER, _PLAN_BOX[3] * _FINER
-        self.scale = min(
-            width / (max(x_m) - min(x_m) + 2 * _MARGIN_M),
-            height / (max(y_m) - min(y_m) + 2 * _MARGIN_M),
-            60.0 * _FINER,
+        width_m = max(x_m) - min(x_m) + 2 * _MARGIN_M
+        height_m = max(y_m) - min(y_m) + 2 * _MARGIN_M
+        self.window = (_PLAN_BOX[2] * _FINER, _PLAN_BOX[3] * _FINER)
+        whole = min(self.window[0] / width_m, self.window[1] / height_m)
+        self.scale = float(np.clip(whole, *(_FINER * limit for limit in _PX_PER_M)))
+        size = (
+            max(self.window[0], round(width_m * self.scale)),
+            max(self.window[1], round(height_m * self.scale)),
         )
-        self._left_m = (min(x_m) + max(x_m)) / 2 - width / 2 / self.scale
-        self._top_m = (min(y_m) + max(y_m)) / 2 + height / 2 / self.scale
+        self._left_m = (min(x_m) + max(x_m)) / 2 - size[0] / 2 / self.scale
+        self._top_m = (min(y_m) + max(y_m)) / 2 + size[1] / 2 / self.scale
         self._map = map_
-        self.still = self._draw_still(scene, plan, (width, height))
+        self.still = self._draw_still(scene, plan, size)
 
     def at(self, x_m: float, y_m: float) -> tuple[float, float]:
         """The pixel of a point."""
@@ -93,6 +100,14 @@ class _PlanPanel:
         edge = self._map.edge(edge_id)
         ends = (self._map.node(edge.source), self._map.node(edge.target))
         return [self.at(node.x_m, node.y_m) for node in ends]
+
+    def view(self, center: tuple[float, float]) -> tuple[int, int, int, int]:
+        """The part of the picture to show when the robot is at this pixel."""
+        corners = []
+        for middle, width, whole in zip(center, self.window, self.still.size, strict=True):
+            corners.append(round(min(max(middle - width / 2, 0), whole - width)))
+        left, top = corners
+        return left, top, left + self.window[0], top + self.window[1]
 
     def _draw_still(self, scene: Scene, plan: Plan, size: tuple[int, int]) -> Image.Image:
         image = Image.fromarray(self._floor(scene, size))
@@ -169,9 +184,14 @@ def _paste_depth(frame: Image.Image, step: FilmStep) -> None:
 def _plan_image(
     panel: _PlanPanel, step: FilmStep, trail: list[tuple[float, float]], max_depth_m: float
 ) -> Image.Image:
-    image = panel.still.copy()
+    view = panel.view(trail[-1])
+    image = panel.still.crop(view)
     draw = ImageDraw.Draw(image, "RGBA")
-    center = trail[-1]
+
+    def shift(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+        return [(x - view[0], y - view[1]) for x, y in points]
+
+    center = shift(trail[-1:])[0]
     reach = max_depth_m * panel.scale
     heading = -math.degrees(step.pose.yaw_rad)
     half = math.degrees(_VIEW_RAD) / 2
@@ -180,9 +200,10 @@ def _plan_image(
     for edge, probability in step.edge_probability.items():
         if probability > 0.02:
             alpha = round(50 + 205 * min(probability, 1.0))
-            draw.line(panel.edge(edge), fill=(*_BELIEF, alpha), width=6 + round(12 * probability))
+            width = 6 + round(12 * probability)
+            draw.line(shift(panel.edge(edge)), fill=(*_BELIEF, alpha), width=width)
     if len(trail) > 1:
-        draw.line(trail, fill=(255, 255, 255, 210), width=4, joint="curve")
+        draw.line(shift(trail), fill=(255, 255, 255, 210), width=4, joint="curve")
     _disc(draw, center, 0.177 * panel.scale + 4, (*_BACKGROUND, 255))
     _disc(draw, center, 0.177 * panel.scale + 1, (*_ROBOT, 255))
     nose = (

@@ -28,7 +28,8 @@ def _depth_palette() -> UInt8[np.ndarray, "256 3"]:
     at = np.linspace(0.0, 1.0, len(_DEPTH_STOPS)) ** 1.6
     stops = np.array(_DEPTH_STOPS, dtype=float)
     channels = [np.interp(np.linspace(0, 1, 256), at, stops[:, channel]) for channel in range(3)]
-    return np.rint(np.stack(channels, axis=1)).astype(np.uint8)
+    palette: np.ndarray = np.rint(np.stack(channels, axis=1)).astype(np.uint8)
+    return palette
 
 
 def depth_palette_css() -> str:
@@ -41,7 +42,8 @@ def depth_bytes(
     depth_m: Float32[np.ndarray, "height width"], max_depth_m: float
 ) -> UInt8[np.ndarray, "height width"]:
     """A depth image in one byte a pixel: 0 at the camera, 255 at the far limit."""
-    return np.rint(np.clip(depth_m / max_depth_m, 0.0, 1.0) * 255).astype(np.uint8)
+    coded: np.ndarray = np.rint(np.clip(depth_m / max_depth_m, 0.0, 1.0) * 255).astype(np.uint8)
+    return coded
 
 
 def colorize_depth(

@@ -127,7 +127,7 @@ def _facts(report: DemoReport) -> str:
     count = len(report.suite.tasks)
     scene = report.suite.scene
     items = [
-        ("Building", f"{len(scene.rooms)} <small>rooms, {report.area_m2:.0f} m²</small>"),
+        (f"Building, {report.area_m2:.0f} m²", f"{len(scene.rooms)} <small>rooms</small>"),
         ("Plans to follow", str(count)),
         *(
             (
@@ -146,8 +146,8 @@ def _film_note(report: DemoReport) -> str:
     way = f"{_place(hero.plan.nodes[0])} to {_place(hero.plan.nodes[-1])}"
     if hero.tolerant.success:
         return (
-            f"Shown is the longest plan that {agent} completed: {way}, {hero.driven_m:.0f} m in "
-            f"{hero.tolerant.time_s:.0f} s."
+            f"Shown is the longest plan that {agent} completed: {way}, {hero.driven_m:.0f}&nbsp;m in "
+            f"{hero.tolerant.time_s:.0f}&nbsp;s."
         )
     return (
         f"{agent} completed no plan this time. Shown is the drive that got furthest: {way}, "
