@@ -132,7 +132,8 @@ def map_from_layout(scene: Scene) -> TopologicalMap:
 def _draw_doorway(drawing: _Drawing, doorway: Doorway) -> _Arm:
     """A door node in the opening, a room node behind it, and the way from one to the other."""
     rng = drawing.rng
-    to_door_m = float(np.clip(rng.normal(0.15, 0.1), 0.06, 0.4))
+    inner_m = min(doorway.depth_m, 0.4)
+    to_door_m = float(np.clip(rng.normal(inner_m, 0.1), 0.06, inner_m + 0.2))
     to_room_m = to_door_m + float(np.clip(rng.gamma(5.0, 0.066), 0.18, 0.8))
     inward = doorway.inward_rad
     for name, kind, depth_m in (

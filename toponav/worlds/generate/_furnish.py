@@ -34,7 +34,7 @@ def keep_ways_free(
         to_axis = run.half * CELL_M if room.door.side else 1.0
         inside = _inner_point(skeleton, room, 0.75)
         outside_m = -(abs(room.door.depth) + room.door.recess) * CELL_M - to_axis
-        half = room.door.width // 2 + 3
+        half = room.door.width // 2 + 1
         _clear_line(free, _inner_point(skeleton, room, outside_m), inside, half)
         _clear_line(free, inside, (row, col), 7)
     return free

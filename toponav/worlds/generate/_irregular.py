@@ -61,11 +61,18 @@ def _post(rng: np.random.Generator, run: Run, index: Index, keep: Cells) -> None
 
 
 def bend_rooms(
-    rng: np.random.Generator, rooms: list[PlacedRoom], index: Index, keep: Cells
+    rng: np.random.Generator,
+    skeleton: Skeleton,
+    rooms: list[PlacedRoom],
+    index: Index,
+    keep: Cells,
 ) -> None:
-    """Notches, bays, steps and slanted corners in the outlines of rooms."""
+    """Notches, bays, steps and slanted corners in the outlines of rooms, closets at doors."""
     for number, room in enumerate(rooms):
-        for _ in range(int(rng.poisson(0.9))):
+        for way in (-1, 1):
+            if rng.random() < 0.45:
+                _cut(index, keep, _closet_at_door(rng, skeleton, room, way))
+        for _ in range(int(rng.poisson(1.4))):
             _notch(rng, room, index, keep)
         for _ in range(int(rng.poisson(1.6))):
             _bay(rng, room, index, number)
@@ -129,6 +136,26 @@ def _bay(rng: np.random.Generator, room: PlacedRoom, index: Index, number: int) 
 def _step(rng: np.random.Generator, room: PlacedRoom, index: Index, keep: Cells) -> None:
     """A stretch of wall that the scan saw a cell or two further in."""
     _cut(index, keep, _side(rng, room, int(rng.integers(4, 45)), -int(rng.choice([1, 1, 2]))))
+
+
+def _closet_at_door(
+    rng: np.random.Generator, skeleton: Skeleton, room: PlacedRoom, way: int
+) -> tuple[slice, slice]:
+    """A rectangle inside the room, beside the way in."""
+    door, run = room.door, skeleton.runs[room.door.run]
+    sign = 1 if door.depth > 0 else -1
+    inner = door.face + door.depth
+    near = door.along + way * (door.width // 2 + int(rng.integers(1, 6)))
+    span = sorted((near, near + way * int(rng.integers(6, 26))))
+    deep = sorted((inner, inner + sign * int(rng.integers(5, 24))))
+    if door.side == 0:
+        rows, cols = run.box((deep[0], deep[1]), (span[0], span[1]))
+    else:
+        rows, cols = run.box((span[0], span[1]), (deep[0], deep[1]))
+    return (
+        slice(max(rows.start, room.row[0]), min(rows.stop, room.row[1])),
+        slice(max(cols.start, room.col[0]), min(cols.stop, room.col[1])),
+    )
 
 
 def _slant(rng: np.random.Generator, room: PlacedRoom, index: Index, keep: Cells) -> None:

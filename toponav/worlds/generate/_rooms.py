@@ -120,12 +120,12 @@ def _wish(rng: np.random.Generator) -> tuple[RoomKind, int, int]:
 
 
 def _wall(rng: np.random.Generator) -> int:
-    """Thickness of a hallway wall in cells: mostly two scanned faces 10 to 20 cm apart."""
-    return int(rng.choice([2, 3, 4, 6, 8], p=[0.25, 0.35, 0.2, 0.12, 0.08]))
+    """Thickness of a hallway wall in cells: mostly two scanned faces 15 to 30 cm apart."""
+    return int(rng.choice([2, 3, 4, 5, 6, 8, 12], p=[0.1, 0.14, 0.2, 0.22, 0.18, 0.1, 0.06]))
 
 
 def _door_width(rng: np.random.Generator) -> int:
-    return int(rng.choice([15, 16, 17, 18, 20, 22], p=[0.16, 0.38, 0.2, 0.14, 0.07, 0.05]))
+    return int(rng.choice([15, 16, 17, 18, 20, 22], p=[0.2, 0.5, 0.15, 0.08, 0.04, 0.03]))
 
 
 def _end_room(rng: np.random.Generator, site: _Site, junction: int) -> PlacedRoom | None:
@@ -232,7 +232,7 @@ def _side_door(
             place = _place(site, run, (index, side), along, along in opposite)
             if place is not None:
                 along, junction = place
-                recess = wall - 2 if wall >= 6 and rng.random() < 0.6 else 0
+                recess = wall - 2 if wall >= 6 and rng.random() < 0.3 else 0
                 face = run.across + side * (run.half + recess)
                 return PlacedDoor(
                     index, along, side, face, side * (wall - recess), width, recess, junction

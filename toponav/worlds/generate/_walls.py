@@ -82,7 +82,7 @@ def raise_walls(
         if recess is not None:
             _paint(index, recess, len(rooms) + room.door.run)
         _paint(index, opening, number)
-    bend_rooms(rng, rooms, index, keep)
+    bend_rooms(rng, skeleton, rooms, index, keep)
     shape_hallways(rng, skeleton, index, keep, len(rooms))
     floor = index >= 0
     wall = ndimage.binary_dilation(floor, _EIGHT) & ~floor
