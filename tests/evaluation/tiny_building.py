@@ -28,7 +28,7 @@ def tiny_scene() -> Scene:
         Room("office_2", RoomKind.OFFICE),
         Room("hallway_1", RoomKind.HALLWAY),
     )
-    return scene_from_heights("tiny", grid, heights, room_index=index, rooms=rooms)
+    return scene_from_heights("tiny", grid, heights, ceiling_m=2.5, room_index=index, rooms=rooms)
 
 
 def tiny_map() -> TopologicalMap:

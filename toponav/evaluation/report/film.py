@@ -119,9 +119,9 @@ class _PlanPanel:
             draw.line(self.edge(edge_id), fill=(*color, 190), width=6)
         for node_id in plan.nodes:
             node = self._map.node(node_id)
-            _disc(draw, self.at(node.x_m, node.y_m), 5, (255, 255, 255, 190))
+            _disc(draw, self.at(node.x_m, node.y_m), 5.0, (255, 255, 255, 190))
         goal = self._map.node(plan.nodes[-1])
-        for radius, alpha in ((22, 60), (12, 230)):
+        for radius, alpha in ((22.0, 60), (12.0, 230)):
             _disc(draw, self.at(goal.x_m, goal.y_m), radius, (255, 214, 90, alpha))
         return image
 

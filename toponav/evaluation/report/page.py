@@ -146,8 +146,8 @@ def _film_note(report: DemoReport) -> str:
     way = f"{_place(hero.plan.nodes[0])} to {_place(hero.plan.nodes[-1])}"
     if hero.tolerant.success:
         return (
-            f"Shown is the longest plan that {agent} completed: {way}, {hero.driven_m:.0f}&nbsp;m in "
-            f"{hero.tolerant.time_s:.0f}&nbsp;s."
+            f"Shown is the longest plan that {agent} completed: {way}, "
+            f"{hero.driven_m:.0f}&nbsp;m in {hero.tolerant.time_s:.0f}&nbsp;s."
         )
     return (
         f"{agent} completed no plan this time. Shown is the drive that got furthest: {way}, "
