@@ -81,7 +81,7 @@ class _PlanPanel:
         height_m = max(y_m) - min(y_m) + 2 * _MARGIN_M
         self.window = (_PLAN_BOX[2] * _FINER, _PLAN_BOX[3] * _FINER)
         whole = min(self.window[0] / width_m, self.window[1] / height_m)
-        self.scale = float(np.clip(whole, *(_FINER * limit for limit in _PX_PER_M)))
+        self.scale = min(max(whole, _FINER * _PX_PER_M[0]), _FINER * _PX_PER_M[1])
         size = (
             max(self.window[0], round(width_m * self.scale)),
             max(self.window[1], round(height_m * self.scale)),

@@ -50,7 +50,8 @@ def colorize_depth(
     depth: UInt8[np.ndarray, "height width"],
 ) -> UInt8[np.ndarray, "height width 3"]:
     """A depth image for people: light is near, dark is far."""
-    return _depth_palette()[depth]
+    colored: np.ndarray = _depth_palette()[depth]
+    return colored
 
 
 def belief_image(
