@@ -5,20 +5,16 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
+from typing import TYPE_CHECKING, Any, Literal
 
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import Behavior
-from toponav.data.training_set import TrainingSet
 from toponav.models.graphnav.presets import PresetName, get_preset
 from toponav.training.config import Recipe, TrainingConfig, default_config
-from toponav.training.loop import Report, TrainingResult
-from toponav.training.recipes import train_behaviors, train_localization
-from toponav.training.samples import TrainingData
+
+if TYPE_CHECKING:
+    from toponav.training.loop import Report, TrainingResult
+    from toponav.training.samples import TrainingData
 
 __all__ = ["register"]
 
@@ -67,6 +63,8 @@ def behaviors(
         precision: Number format; `auto` times both.
         json: Print results as JSON.
     """
+    from toponav.training.recipes import train_behaviors
+
     config = default_config(preset, "behaviors").with_changes(
         epochs=epochs,
         batch_size=batch_size,
@@ -122,6 +120,8 @@ def localization(
         precision: Number format; `auto` times both.
         json: Print results as JSON.
     """
+    from toponav.training.recipes import train_localization
+
     config = default_config(preset, "localization").with_changes(
         epochs=epochs,
         batch_size=batch_size,
@@ -162,6 +162,8 @@ def everything(
         precision: Number format; `auto` times both.
         json: Print results as JSON.
     """
+    from toponav.training.recipes import train_behaviors, train_localization
+
     half = None if max_minutes is None else max_minutes / 2
 
     def config(recipe: Recipe) -> TrainingConfig:
@@ -179,7 +181,9 @@ def everything(
     return _print(results, out, json)
 
 
-def _open(directories: Sequence[Path]) -> TrainingData:
+def _open(directories: Sequence[Path]) -> "TrainingData":
+    from toponav.data.training_set import TrainingSet
+
     for directory in directories:
         if not directory.is_dir():
             raise InputError(
@@ -194,6 +198,14 @@ class _Bar(AbstractContextManager["Report"]):
     """A progress bar for each network."""
 
     def __init__(self) -> None:
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeRemainingColumn,
+        )
+
         self._progress = Progress(
             TextColumn("{task.description:<26}"),
             BarColumn(),
@@ -203,7 +215,7 @@ class _Bar(AbstractContextManager["Report"]):
         )
         self._tasks: dict[str, Any] = {}
 
-    def __enter__(self) -> Report:
+    def __enter__(self) -> "Report":
         self._progress.start()
         return self._report
 
@@ -216,11 +228,14 @@ class _Bar(AbstractContextManager["Report"]):
         self._progress.update(self._tasks[name], completed=step, total=total, **metrics)
 
 
-def _shown(quiet: bool) -> AbstractContextManager[Report | None]:
+def _shown(quiet: bool) -> "AbstractContextManager[Report | None]":
     return nullcontext() if quiet else _Bar()
 
 
-def _print(results: Sequence[TrainingResult], out: Path, as_json: bool) -> int:
+def _print(results: "Sequence[TrainingResult]", out: Path, as_json: bool) -> int:
+    from rich.console import Console
+    from rich.table import Table
+
     if as_json:
         records = [asdict(result) | {"checkpoint": str(result.checkpoint)} for result in results]
         print(json.dumps(records, indent=1))
