@@ -104,8 +104,9 @@ class BehaviorTask:
         losses, wrong, total, speed_error, turn_error = 0.0, 0, 0, 0.0, 0.0
         weights = 0.0
         turning = 0
-        for first in range(0, len(chosen), 256):
-            index = chosen[first : first + 256]
+        size = self._config.batch_size
+        for first in range(0, len(chosen), size):
+            index = chosen[first : first + size]
             batch = self._batch(index, np.zeros(len(index), bool))
             raw = (model.raw_sequence if model.is_recurrent else model.raw)(batch.frames)
             each = model.head.loss(raw, batch.command)

@@ -142,10 +142,11 @@ class LocalizationTask:
     ) -> tuple[Bool[np.ndarray, " frames"], float]:
         """Which frames were placed right, and the mean loss."""
         right, loss = [], 0.0
-        for first in range(0, len(chosen), 256):
-            index = chosen[first : first + 256]
+        size = self._config.batch_size
+        for first in range(0, len(chosen), size):
+            index = chosen[first : first + size]
             plain = np.zeros(len(index), bool)
-            batch = self._batch(index, previous[first : first + 256], plain | told, plain)
+            batch = self._batch(index, previous[first : first + size], plain | told, plain)
             table = edge_log_probabilities(model(batch.frames, batch.graphs), batch.graphs)
             loss += float(F.nll_loss(table, batch.target, reduction="sum"))
             right.append((table.argmax(1) == batch.target).numpy())

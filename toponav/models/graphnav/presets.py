@@ -310,12 +310,13 @@ def _paper() -> Preset:
 
 
 def _compact_encoder(features: int, dropout: float) -> EncoderConfig:
+    # A stem of stride 2 with one more layer was no more accurate on held-out buildings after as
+    # many samples, and took a fifth (localization) to two thirds (behaviours) longer.
     return EncoderConfig(
         (
-            Convolution(16, (5, 5)),
-            Convolution(32, (3, 3)),
+            Convolution(32, (5, 5), stride=4),
             Convolution(64, (3, 3)),
-            Convolution(96, (3, 3)),
+            Convolution(128, (3, 3)),
         ),
         padded=True,
         features=features,
