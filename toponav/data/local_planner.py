@@ -11,13 +11,15 @@ from toponav.data import tracking_kernels as kernels
 
 __all__ = ["PathFollower"]
 
-_LOST_M = 0.6
+_LOST_M = 0.4
 _PERIOD_S = 0.2
 _SETTINGS = kernels.FollowSettings(
     lag_s=0.15,
     reach_m=0.5,
     gain=2.0,
     pivot_angle_rad=math.radians(50.0),
+    left_angle_rad=math.radians(90.0),
+    turn_rad_s=1.2,
     hard_m=0.19,
     least_m=0.18,
 )

@@ -46,6 +46,11 @@ class FollowSettings(NamedTuple):
     """Turn rate per angle to that point."""
     pivot_angle_rad: float
     """From this angle on it turns on the spot."""
+    left_angle_rad: float
+    """From this angle on it turns left wherever the point is: what it steers at is out of sight,
+    and a learner that sees only depth could not tell which side is shorter."""
+    turn_rad_s: float
+    """Turns at most this fast."""
     hard_m: float
     """Clearance that no command may take from it where the path has more."""
     least_m: float
@@ -167,7 +172,11 @@ def follow(path, index, pose, velocity, ground, limits, settings):  # type: igno
         spare = _wrap(path.final_yaw - yaw_then)
         return 0.0, min(max(settings.gain * spare, -limits[1]), limits[1]), index, away
     error = _wrap(math.atan2(ty - y_then, tx - x_then) - yaw_then)
-    to_w = min(max(settings.gain * error, -limits[1]), limits[1])
+    top = min(limits[1], settings.turn_rad_s)
+    if error < -settings.left_angle_rad:
+        # Behind on the right: no camera sees it, so the side must not depend on it.
+        error += 2 * math.pi
+    to_w = min(max(settings.gain * error, -top), top)
     ease = max(0.0, 1.0 - (error / settings.pivot_angle_rad) ** 2)
     to_v = min(limits[0], speed[here]) * ease
     if target == count - 1:
