@@ -114,6 +114,8 @@ def evaluate(config: EvaluationConfig, progress: Progress | None = None) -> Eval
     keys = {job: worker.key(*job) for job in jobs}
     done = _finished_jobs(config.out, keys)
     pending = [job for job in jobs if job not in done]
+    for agent in sorted({agent for agent, _ in pending if agent != "expert"}):
+        worker.prepare(agent)
     _write_run(config, suite)
     report = progress or (lambda count, total: None)
     report(len(done), len(jobs))

@@ -90,6 +90,10 @@ class EpisodeWorker:
         }
         return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
 
+    def prepare(self, agent: str) -> None:
+        """Build the agent now, so that broken weights are found before anything is written."""
+        self._agent(agent, self.suite.tasks[0].index)
+
     def run(
         self, agent: str, index: int, on_step: Callable[[StepView], None] | None = None
     ) -> EpisodeRecord:
