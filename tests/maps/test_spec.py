@@ -177,8 +177,8 @@ HOSTILE = {
     "nan": (_document().replace("5.0", "NaN", 1), "must be finite, got NaN"),
     "infinity": (_document().replace("5.0", "-Infinity", 1), "must be finite, got -Infinity"),
     "overflow": (_document().replace("5.0", "1e999", 1), "must be finite, got 1e999"),
-    "huge integer": (_document().replace("5.0", "9" * 400, 1), "maximum is 1000000"),
-    "endless integer": (_document().replace("5.0", "9" * 9000, 1), "Exceeds the limit"),
+    "huge integer": (_document().replace("5.0", "9" * 400, 1), "must fit 64 bits"),
+    "endless integer": (_document().replace("5.0", "9" * 9000, 1), "one of 9000 digits"),
     "repeated key": ('{"version": 1, "version": 1}', "'version' comes twice"),
     "surrogate": (_document(name="\ud800"), "lone surrogate"),
     "no version": ("{}", "version: missing; this package reads version 1"),
@@ -226,14 +226,14 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="not UTF-8 at byte 0"):
         load_map(binary)
-    with pytest.raises(InputError, match="No such file"):
+    with pytest.raises(InputError, match="no such file"):
         load_map(tmp_path / "absent.json")
     with pytest.raises(InputError, match="not a file"):
         load_map(tmp_path)
     large = tmp_path / "large.json"
     with large.open("wb") as file:
         file.truncate(65 * 1024 * 1024)
-    with pytest.raises(InputError, match="the file has 68157440"):
+    with pytest.raises(InputError, match="the file has 68,157,440"):
         load_map(large)
 
 

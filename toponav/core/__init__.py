@@ -1,1 +1,1 @@
-"""Shared language of toponav: vocabulary, geometry, cameras, episodes. No I/O."""
+"""Shared language of toponav: vocabulary, geometry, cameras, episodes, errors, and files."""

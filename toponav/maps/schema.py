@@ -2,7 +2,6 @@
 
 import functools
 import json
-import math
 from importlib import resources
 from pathlib import Path
 from typing import Any, cast
@@ -11,10 +10,10 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
 from toponav.core.errors import InputError, did_you_mean
+from toponav.core.files import read_json
 
 __all__ = [
     "FORMAT_VERSION",
-    "MAX_FILE_BYTES",
     "map_schema",
     "map_schema_faults",
     "read_json",
@@ -23,9 +22,6 @@ __all__ = [
 
 FORMAT_VERSION = 1
 """Version of the `*.topo.json` format that this package writes and reads."""
-
-MAX_FILE_BYTES = 64 * 1024 * 1024
-"""No map is this large: a bigger file is refused before it fills the memory."""
 
 _SHOWN_FAULTS = 5
 _SHOWN_CHARACTERS = 60
@@ -39,42 +35,6 @@ def map_schema() -> dict[str, Any]:
     )
     schema: dict[str, Any] = json.loads(text)
     return schema
-
-
-def read_json(path: Path, *, max_bytes: int = MAX_FILE_BYTES) -> Any:
-    """What a JSON file holds, with nothing in it that JSON does not allow.
-
-    Args:
-        path: File to read.
-        max_bytes: Largest size that is read at all.
-
-    Raises:
-        InputError: If the file is missing, too large, not UTF-8, not JSON, nested too deep,
-            repeats a key, or holds NaN, an infinity or a lone surrogate.
-    """
-    where = str(path)
-    text = _read_text(path, max_bytes)
-    try:
-        return json.loads(
-            text,
-            parse_constant=_refuse_constant,
-            parse_float=_finite_float,
-            object_pairs_hook=_unique_keys,
-        )
-    except json.JSONDecodeError as error:
-        raise InputError(
-            f"not JSON: {error.msg} at line {error.lineno} column {error.colno}",
-            where=where,
-            remedy="repair that place, or save the file again from the tool that made it",
-        ) from None
-    except RecursionError:
-        raise InputError(
-            "nested too deep to be read", where=where, remedy="flatten the document"
-        ) from None
-    except ValueError as error:
-        raise InputError(
-            str(error), where=where, remedy="write finite JSON numbers and each key once"
-        ) from None
 
 
 def read_map_document(path: Path) -> dict[str, Any]:
@@ -108,56 +68,6 @@ def map_schema_faults(document: Any) -> list[tuple[str, str]]:
     errors = Draft202012Validator(map_schema()).iter_errors(document)
     found = [(_place(error, document), _rule(error)) for error in errors]
     return sorted(dict.fromkeys(found), key=lambda fault: _natural(fault[0]))
-
-
-def _read_text(path: Path, max_bytes: int) -> str:
-    try:
-        size = path.stat().st_size
-        if not path.is_file():
-            raise InputError("not a file", where=str(path), remedy="name a JSON file")
-        if size > max_bytes:
-            raise InputError(
-                f"at most {max_bytes} bytes are read, the file has {size}",
-                where=str(path),
-                remedy="check that this is the right file",
-            )
-        text = path.read_bytes().decode("utf-8-sig")
-        return text
-    except OSError as error:
-        raise InputError(
-            f"cannot be read: {error.strerror or error}",
-            where=str(path),
-            remedy="check the path and its permissions",
-        ) from None
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"not UTF-8 at byte {error.start}",
-            where=str(path),
-            remedy="save the file as UTF-8 text",
-        ) from None
-
-
-def _refuse_constant(name: str) -> float:
-    raise ValueError(f"numbers must be finite, got {name}")
-
-
-def _finite_float(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(f"numbers must be finite, got {text[:_SHOWN_CHARACTERS]}")
-    return value
-
-
-def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in result:
-            raise ValueError(f"keys must be unique, {key[:_SHOWN_CHARACTERS]!r} comes twice")
-        for text in (key, value):
-            if isinstance(text, str) and any("\ud800" <= letter <= "\udfff" for letter in text):
-                raise ValueError(f"text must be Unicode, got a lone surrogate in {text!r}")
-        result[key] = value
-    return result
 
 
 def _version_rule(document: dict[str, Any]) -> str:

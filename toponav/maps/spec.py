@@ -2,8 +2,6 @@
 
 import functools
 import json
-import os
-import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from toponav.core.errors import InputError, did_you_mean
+from toponav.core.files import write_atomically
 from toponav.core.vocabulary import Behavior, NodeKind
 from toponav.maps.elements import Edge, MapFrame, Node, broken_elements, edge_along
 from toponav.maps.schema import FORMAT_VERSION, read_map_document
@@ -216,29 +215,8 @@ def save_map(topological_map: TopologicalMap, path: str | Path) -> Path:
     Raises:
         InputError: If the folder cannot be written to.
     """
-    path = Path(path)
     text = _format_document(map_to_document(topological_map))
-    temporary = None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-        temporary = None
-    except OSError as error:
-        raise InputError(
-            f"cannot be written: {error.strerror or error}",
-            where=str(path),
-            remedy="name a file in a folder that you may write to",
-        ) from None
-    finally:
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
-    return path
+    return write_atomically(path, text)
 
 
 def map_from_document(document: Mapping[str, Any]) -> TopologicalMap:

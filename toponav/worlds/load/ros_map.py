@@ -1,6 +1,5 @@
 """Floor plans as ROS `map_server` keeps them: an image and a yaml beside it."""
 
-import math
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +11,16 @@ from jaxtyping import Bool
 from PIL import Image
 
 from toponav.core.errors import InputError
+from toponav.core.files import file_beside, read_bytes
 from toponav.worlds.grid import GridFrame
 
 __all__ = ["RosMap", "read_ros_map", "read_yaml_mapping"]
 
-_MAX_YAML_BYTES = 4_000_000
+_MAX_YAML_BYTES = 256_000
 _MAX_PIXELS = 64_000_000
+_LARGEST = 1e12
+_FORMATS = ("PNG", "PPM", "BMP", "JPEG", "GIF")
+"""Pillow reads many more, some with the help of other programs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +47,11 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
         InputError: When the file cannot be read or holds anything but a mapping.
     """
     try:
-        if path.stat().st_size > _MAX_YAML_BYTES:
-            raise InputError(
-                f"a map's yaml is small, got {path.stat().st_size:,} bytes",
-                where=str(path),
-                remedy="give the yaml file of the map, not its image",
-            )
-        loaded = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError("no such file", where=str(path), remedy="check the path") from None
-    except OSError as error:
-        raise InputError(
-            f"cannot be read ({error.strerror})", where=str(path), remedy="check the file"
-        ) from None
+        text = read_bytes(path, max_bytes=_MAX_YAML_BYTES).decode("utf-8")
+        _refuse_aliases(text)
+        loaded = yaml.safe_load(text)
+    except InputError:
+        raise
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f" line {mark.line + 1}" if mark else ""
@@ -65,9 +60,8 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
             where=f"{path}{line}",
             remedy="repair the line or copy the file again",
         ) from None
-    except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
-        if isinstance(error, InputError):
-            raise
+    except (yaml.YAMLError, ValueError, RecursionError, TypeError, AttributeError):
+        # PyYAML's own constructors trip over values such as the date 2001-99-99.
         raise InputError(
             "is not yaml text", where=str(path), remedy="give the yaml file of the map"
         ) from None
@@ -78,6 +72,16 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
             remedy="give the yaml file of a map (image, resolution, origin, ...)",
         )
     return {str(key): value for key, value in loaded.items()}
+
+
+def _refuse_aliases(text: str) -> None:
+    """A map needs no aliases, and a few lines of them unfold into billions of values."""
+    for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        if isinstance(event, yaml.AliasEvent):
+            raise yaml.MarkedYAMLError(
+                problem=f"aliases such as *{event.anchor} are not read",
+                problem_mark=event.start_mark,
+            )
 
 
 def read_ros_map(yaml_path: str | Path) -> RosMap:
@@ -99,7 +103,7 @@ def read_ros_map(yaml_path: str | Path) -> RosMap:
     origin = settings.get("origin")
     if not isinstance(origin, list) or len(origin) not in (2, 3):
         raise InputError(
-            f"origin must be [x, y, yaw], got {origin!r}",
+            f"origin must be [x, y, yaw], got {repr(origin)[:80]}",
             where=str(path),
             remedy="give the lower-left corner in metres",
         )
@@ -111,7 +115,7 @@ def read_ros_map(yaml_path: str | Path) -> RosMap:
             where=str(path),
             remedy="turn the image and set the yaw of origin to 0",
         )
-    shade = _read_shades(_file_named(settings, "image", path))
+    shade = _read_shades(file_beside(path, settings.get("image"), "image"))
     darkness = shade if bool(settings.get("negate", 0)) else 1.0 - shade
     try:
         grid = GridFrame(resolution_m, (x_m, y_m), *darkness.shape)
@@ -124,12 +128,18 @@ def read_ros_map(yaml_path: str | Path) -> RosMap:
 def _read_shades(path: Path) -> np.ndarray:
     """The image as grey values from 0 (black) to 1 (white)."""
     try:
+        if path.exists() and not path.is_file():
+            raise ValueError("it is no file")
         # Too many pixels for comfort is a warning in Pillow and an error here.
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(path) as image:
+            with Image.open(path, formats=_FORMATS) as image:
                 if image.width * image.height > _MAX_PIXELS:
                     raise Image.DecompressionBombError(f"{image.width} x {image.height} pixels")
+                if image.mode == "F":
+                    raise ValueError("its pixels are no integers")
+                if image.mode.startswith("I"):  # 16 bits a pixel; convert("L") would clip them
+                    return np.asarray(image, dtype=np.float32) / 65535.0
                 return np.asarray(image.convert("L"), dtype=np.float32) / 255.0
     except FileNotFoundError:
         raise InputError(
@@ -141,29 +151,19 @@ def _read_shades(path: Path) -> np.ndarray:
             where=str(path),
             remedy="cut it into parts or use a coarser resolution",
         ) from None
-    except (OSError, SyntaxError, ValueError, EOFError) as error:
+    except Exception as error:  # Image decoders fail in many ways on damaged files.
         raise InputError(
-            f"is not a whole image ({error})", where=str(path), remedy="copy the image again"
+            f"is not a whole PNG, PGM, BMP, JPEG or GIF image ({str(error)[:200]})",
+            where=str(path),
+            remedy="copy the image again",
         ) from None
 
 
 def _number(settings: dict[str, Any], key: str, path: Path, default: float | None = None) -> float:
     """A finite number from the yaml."""
     value = settings.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
         raise InputError(
-            f"{key} must be a number, got {value!r}", where=str(path), remedy=f"set {key}"
+            f"{key} must be a number, got {repr(value)[:80]}", where=str(path), remedy=f"set {key}"
         )
     return float(value)
-
-
-def _file_named(settings: dict[str, Any], key: str, path: Path) -> Path:
-    """The file that the yaml names, relative to the yaml's folder."""
-    value = settings.get(key)
-    if not isinstance(value, str) or not value:
-        raise InputError(
-            f"{key} must name a file, got {value!r}",
-            where=str(path),
-            remedy=f"set {key} to a file beside the yaml",
-        )
-    return path.parent / value

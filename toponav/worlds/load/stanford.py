@@ -4,8 +4,9 @@ The scanned meshes are not part of them. The plan is extruded instead: walls to 
 loose pieces to the height of the furniture that they probably are.
 """
 
-import json
-import math
+import io
+import struct
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from jaxtyping import Int16
 from scipy.io import loadmat
 
 from toponav.core.errors import InputError, did_you_mean
+from toponav.core.files import file_beside, read_bytes, read_json
 from toponav.core.geometry import Pose2, wrap_angle
 from toponav.core.vocabulary import RoomKind
 from toponav.worlds.load.obstacle_heights import raise_obstacles
@@ -25,7 +27,11 @@ from toponav.worlds.scene import GridFrame, Provenance, Room, Scene
 __all__ = ["AreaFiles", "StartGoalPair", "load_area", "load_pairs"]
 
 _VERSION = "1"
-_MAX_FILE_BYTES = 256_000_000
+_MAX_MAT_BYTES = 64_000_000
+_MAX_MAT_UNPACKED_BYTES = 512_000_000
+_MAT_COMPRESSED = 15
+_MOST_RAD = 1e6
+_LARGEST_SIZE = 1000.0
 _KINDS = {
     "auditorium": RoomKind.AUDITORIUM,
     "conferenceroom": RoomKind.CONFERENCE_ROOM,
@@ -79,9 +85,9 @@ class AreaFiles:
         sizes = settings.get("node_sizes") or {}
         rooms = settings.get("invalid_rooms") or []
         if not isinstance(sizes, dict) or not all(map(_is_size, sizes.values())):
-            raise _broken(path, f"node_sizes must map node names to sizes > 0, got {sizes!r}")
+            raise _broken(path, f"node_sizes must map node names to sizes > 0, got {repr(sizes)[:80]}")
         if not isinstance(rooms, list):
-            raise _broken(path, f"invalid_rooms must be a list of rooms, got {rooms!r}")
+            raise _broken(path, f"invalid_rooms must be a list of rooms, got {repr(rooms)[:80]}")
         plans = path.with_name(f"{path.stem}_plans.json")
         return AreaFiles(
             yaml=path,
@@ -159,7 +165,7 @@ def load_pairs(plans_json: str | Path, area_yaml: str | Path | None = None) -> l
     path = Path(plans_json)
     if area_yaml is None:
         area_yaml = path.with_name(path.stem.removesuffix("_plans") + ".yaml")
-    entries = _read_json(path)
+    entries = read_json(path)
     if not isinstance(entries, list):
         raise _broken(path, f"must hold a list of pairs, got {type(entries).__name__}")
     grid = read_ros_map(area_yaml).grid
@@ -172,11 +178,11 @@ def _pair(entry: Any, number: int, grid: GridFrame, path: Path) -> StartGoalPair
     if not isinstance(entry, dict):
         raise _broken(where, f"must be an object, got {type(entry).__name__}")
     yaw = entry.get("start_yaw")
-    if isinstance(yaw, bool) or not isinstance(yaw, int | float) or not math.isfinite(yaw):
-        raise _broken(where, f"start_yaw must be an angle in radians, got {yaw!r}")
+    if isinstance(yaw, bool) or not isinstance(yaw, int | float) or not abs(yaw) <= _MOST_RAD:
+        raise _broken(where, f"start_yaw must be an angle in radians, got {repr(yaw)[:80]}")
     for key in ("start_room", "end_room"):
         if not isinstance(entry.get(key), str):
-            raise _broken(where, f"{key} must be a room's name, got {entry.get(key)!r}")
+            raise _broken(where, f"{key} must be a room's name, got {repr(entry.get(key))[:80]}")
     start, end = (_point(entry.get(key), key, grid, where) for key in ("start_px", "end_px"))
     return StartGoalPair(
         entry["start_room"], entry["end_room"], Pose2(*start, wrap_angle(float(yaw))), end
@@ -193,7 +199,7 @@ def _point(pixel: Any, key: str, grid: GridFrame, where: str) -> tuple[float, fl
         and 0 <= pixel[1] < grid.cols
     ):
         raise _broken(
-            where, f"{key} must be a [row, column] in {grid.rows} x {grid.cols}, got {pixel!r}"
+            where, f"{key} must be a [row, column] in {grid.rows} x {grid.cols}, got {repr(pixel)[:80]}"
         )
     return grid.center_of(grid.rows - 1 - pixel[0], pixel[1])
 
@@ -233,37 +239,40 @@ def _read_rooms(
 
 def _read_mat(path: Path) -> Any:
     """The struct `area_data` of a MATLAB file."""
+    content = read_bytes(path, max_bytes=_MAX_MAT_BYTES)
     try:
-        if path.stat().st_size > _MAX_FILE_BYTES:
-            raise _broken(path, f"is too large, got {path.stat().st_size:,} bytes")
+        _check_unpacked_size(content)
         # Objects are never unpickled: MATLAB files hold numbers, text and structs.
         data = loadmat(
-            path, struct_as_record=False, squeeze_me=True, variable_names=["area_data"]
+            io.BytesIO(content),
+            struct_as_record=False,
+            squeeze_me=True,
+            variable_names=["area_data"],
         ).get("area_data")
-    except FileNotFoundError:
-        raise InputError(
-            "no such file", where=str(path), remedy="put it beside the yaml that names it"
-        ) from None
-    except InputError:
-        raise
     except Exception as error:  # The parser fails in many ways on bytes that are no .mat.
-        raise _broken(path, f"is not a MATLAB 5 file ({error})") from None
+        raise _broken(path, f"is not a MATLAB 5 file ({str(error)[:200]})") from None
     missing = [name for name in ("semantic_map", "rooms") if not hasattr(data, name)]
     if missing:
         raise _broken(path, f"must hold area_data with {' and '.join(missing)}")
     return data
 
 
-def _read_json(path: Path) -> Any:
-    """The content of a JSON file."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError("no such file", where=str(path), remedy="check the path") from None
-    except json.JSONDecodeError as error:
-        raise _broken(f"{path} line {error.lineno}", f"is not JSON ({error.msg})") from None
-    except (OSError, UnicodeDecodeError, RecursionError):
-        raise _broken(path, "is not JSON text") from None
+def _check_unpacked_size(content: bytes) -> None:
+    """Raises ValueError if the file is no MATLAB 5 file, or unpacks to more than is sensible."""
+    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
+    if order is None:
+        raise ValueError("it lacks the header of one")
+    at, unpacked = 128, 0
+    while at + 8 <= len(content):
+        kind, size = struct.unpack_from(f"{order}2I", content, at)
+        if kind == _MAT_COMPRESSED:
+            unzip, rest = zlib.decompressobj(), content[at + 8 : at + 8 + size]
+            while rest and not unzip.eof:
+                unpacked += len(unzip.decompress(rest, _MAX_MAT_UNPACKED_BYTES // 8))
+                rest = unzip.unconsumed_tail
+                if unpacked > _MAX_MAT_UNPACKED_BYTES:
+                    raise ValueError(f"it unpacks to more than {_MAX_MAT_UNPACKED_BYTES:,} bytes")
+        at += 8 + size
 
 
 def _kind(name: str, path: Path) -> RoomKind:
@@ -281,15 +290,11 @@ def _kind(name: str, path: Path) -> RoomKind:
 def _beside(path: Path, settings: dict[str, Any], key: str) -> Path | None:
     """The file that the yaml names under this key, if any."""
     value = settings.get(key)
-    if value is None:
-        return None
-    if not isinstance(value, str) or not value:
-        raise _broken(path, f"{key} must name a file, got {value!r}")
-    return path.parent / value
+    return None if value is None else file_beside(path, value, key)
 
 
 def _is_size(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value) and value > 0
+    return type(value) in (int, float) and 0 < value <= _LARGEST_SIZE
 
 
 def _broken(where: str | Path, rule: str) -> InputError:
