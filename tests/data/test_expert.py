@@ -132,6 +132,20 @@ def test_states_far_off_the_path_are_labelled_with_the_way_back(world, plan):
     assert expert.act(Pose2(1.5, 6.0, 0.0), STILL).linear_m_s > 0.2
 
 
+def test_pose_without_a_way_on_gets_a_command_all_the_same(world, plan):
+    expert, _, _ = world
+    expert.reset(plan, START)
+    command = expert.act(Pose2(6.0, 3.0, 0.0), STILL)
+    assert VelocityLimits().clip(command) == command
+
+
+def test_what_lies_behind_is_turned_to_by_the_left(world, plan):
+    expert, _, _ = world
+    expert.reset(plan, START)
+    for yaw_rad in (2.0, 2.8, 3.5):
+        assert expert.act(Pose2(2.1, 8.3, yaw_rad), STILL).angular_rad_s > 0.5
+
+
 def test_expert_starts_from_behind_furniture_facing_away(world, plan):
     _, _, nodes = drive(world, plan, Pose2(3.5, 10.7, 1.5))
     assert nodes[-1] == "office_2"

@@ -69,6 +69,12 @@ class Expert:
         best: tuple[int, PathArrays, CostToGo] | None = None
         for _ in range(_REHEARSALS):
             field = self._plan_path(pose)
+            if field is None:
+                raise InputError(
+                    f"no way for the robot from ({pose.x_m:.2f}, {pose.y_m:.2f}) m to the goal",
+                    where=f"plan {plan.nodes[0]} -> {plan.nodes[-1]}",
+                    remedy="start on free floor that is connected with the goal",
+                )
             strayed = self._strayed(plan, pose)
             if best is None or len(strayed) < best[0]:
                 best = len(strayed), self.follower.path, field
@@ -87,8 +93,7 @@ class Expert:
     def act(self, pose: Pose2, velocity: Velocity) -> Velocity:
         """The command at this pose and measured velocity.
 
-        Raises:
-            InputError: When no way leads from the pose to the goal.
+        Where no way leads on from the pose, such as outdoors, it heads for the path it has.
         """
         assert self._plan is not None, "reset comes first"
         local = self._local(pose)
@@ -101,8 +106,12 @@ class Expert:
         x_m, y_m = self._origin
         return Pose2(pose.x_m - x_m, pose.y_m - y_m, pose.yaw_rad)
 
-    def _plan_path(self, pose: Pose2) -> CostToGo:
-        """Follow a path from the pose, looking farther from the plan until there is one."""
+    def _plan_path(self, pose: Pose2) -> CostToGo | None:
+        """Follow a path from the pose, looking farther from the plan until there is one.
+
+        Returns:
+            The cost to go that it descends, or None where there is no way at all.
+        """
         assert self._plan is not None
         for reach_m in _REACHES_M:
             if self._field is not None and self._field.reach_m > reach_m:
@@ -113,11 +122,7 @@ class Expert:
             if found is not None:
                 self.follower.set_path(*found)
                 return self._field
-        raise InputError(
-            f"no way for the robot from ({pose.x_m:.2f}, {pose.y_m:.2f}) m to the goal",
-            where=f"plan {self._plan.nodes[0]} -> {self._plan.nodes[-1]}",
-            remedy="start on free floor that is connected with the goal",
-        )
+        return None
 
     def _strayed(self, plan: Plan, pose: Pose2) -> Float[np.ndarray, "poses 3"]:
         """Where a rehearsal of the path is off the plan; relative to the grid's corner."""
