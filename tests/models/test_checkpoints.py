@@ -158,7 +158,7 @@ def test_strange_documents_are_refused(saved, changes, word):
         ("frame_offsets", "0", r"config\.frame_offsets"),
         ("recurrent_size", 10**12, "recurrent"),
         ("recurrent_size", True, r"config\.recurrent_size"),
-        ("encoder", {"convolutions": []}, "lacks"),
+        ("encoder", {}, "lacks 'convolutions'"),
         ("extra", 1, "no 'extra'"),
     ],
 )
@@ -168,6 +168,13 @@ def test_strange_configurations_are_refused(saved, key, value, word):
     saved.with_suffix(".json").write_text(json.dumps(document))
     with pytest.raises(InputError, match=word):
         load_checkpoint(saved)
+
+
+def test_fields_added_later_take_their_default(saved):
+    document = json.loads(saved.with_suffix(".json").read_text())
+    del document["config"]["head"]["inertia"]
+    saved.with_suffix(".json").write_text(json.dumps(document))
+    assert load_checkpoint(saved).config.head.inertia == 0.5
 
 
 def test_huge_configuration_allocates_nothing(saved):

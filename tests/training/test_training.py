@@ -18,6 +18,7 @@ from toponav.models.graphnav.behavior import BehaviorNetwork
 from toponav.models.graphnav.presets import (
     Convolution,
     EncoderConfig,
+    ImageSpec,
     VelocityHeadConfig,
     get_preset,
 )
@@ -28,20 +29,24 @@ from toponav.training.recipes import train_behaviors, train_localization
 COMPACT = get_preset("compact")
 
 
+IMAGE = ImageSpec(16, 48, "equal_angles")
+
+
+def _data(**changes):
+    return SyntheticSet(rows=IMAGE.rows, cols=IMAGE.cols, **changes)
+
+
 def _small(preset=COMPACT):
-    """The compact preset with thinner networks, so that tests are quick."""
+    """The compact preset with thinner networks and smaller images, so that tests are quick."""
     encoder = EncoderConfig(
         (Convolution(8, (5, 5), 4), Convolution(16, (3, 3))), padded=True, features=32
     )
+    network = {"encoder": encoder, "image": IMAGE, "frame_offsets": (2, 0)}
     return dataclasses.replace(
         preset,
-        behaviors=tuple(
-            dataclasses.replace(config, encoder=encoder, frame_offsets=(2, 0))
-            for config in preset.behaviors
-        ),
-        localization=dataclasses.replace(
-            preset.localization, encoder=encoder, frame_offsets=(3, 0), hidden=(32,), width=32
-        ),
+        image=IMAGE,
+        behaviors=tuple(dataclasses.replace(config, **network) for config in preset.behaviors),
+        localization=dataclasses.replace(preset.localization, **network, hidden=(32,), width=32),
     )
 
 
@@ -63,7 +68,7 @@ def _same(first, second):
 
 @pytest.fixture(scope="module")
 def data():
-    return SyntheticSet()
+    return _data()
 
 
 def test_localization_learns_which_edge_it_sees(data, tmp_path):
@@ -85,7 +90,7 @@ def test_localization_learns_which_edge_it_sees(data, tmp_path):
 
 
 def test_behaviors_learn_which_way_to_turn(tmp_path):
-    data = SyntheticSet(frames_an_edge=60)
+    data = _data(frames_an_edge=60)
     config = _config(epochs=8, samples_per_epoch=1024, learning_rate=5e-3)
     results = train_behaviors(
         data, _small(), config, tmp_path, behaviors=[Behavior.TURN_LEFT, Behavior.FIND_DOOR]
@@ -168,7 +173,7 @@ def _train_until_killed(out: str) -> None:
         time.sleep(0.05)
 
     train_behaviors(
-        SyntheticSet(),
+        _data(),
         _small(),
         _config(),
         Path(out),
@@ -204,7 +209,7 @@ def test_another_run_is_not_resumed(data, tmp_path):
     with pytest.raises(InputError, match="another configuration"):
         train_localization(data, _small(), _config(epochs=2), tmp_path)
     with pytest.raises(InputError, match="another configuration"):
-        train_localization(SyntheticSet(seed=5), _small(), _config(epochs=1), tmp_path)
+        train_localization(_data(seed=5), _small(), _config(epochs=1), tmp_path)
 
 
 @pytest.mark.parametrize("damage", ["cut", "missing", "json"])
@@ -249,7 +254,7 @@ def test_cache_of_another_size_is_refused(tmp_path):
 
 
 def test_missing_labels_are_refused(data, tmp_path):
-    bare = SyntheticSet(trajectories=3, frames_an_edge=2)
+    bare = _data(trajectories=3, frames_an_edge=2)
     bare.edge[:] = -1
     bare.behavior[:] = -1
     with pytest.raises(InputError, match="no frame for learning has an edge"):
