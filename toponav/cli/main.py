@@ -9,6 +9,7 @@ import tyro
 
 import toponav
 from toponav.core.errors import InputError, did_you_mean
+from toponav.core.files import os_fault
 
 __all__ = ["main"]
 
@@ -54,14 +55,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _dispatch(words)
     except InputError as error:
-        print(f"toponav: {error}", file=sys.stderr)
-        return _FAILED
-    except KeyboardInterrupt:
-        print("toponav: interrupted; run the same command again to resume", file=sys.stderr)
-        return _INTERRUPTED
+        return _failed(error)
     except BrokenPipeError:
         sys.stderr.close()
         return _FAILED
+    except OSError as error:
+        return _failed(os_fault(error, verb="be used"))
+    except MemoryError:
+        return _failed(
+            InputError(
+                "there is not enough memory for this",
+                where=" ".join(words[:2]),
+                remedy="give fewer --workers or smaller inputs, or close other programs",
+            )
+        )
+    except KeyboardInterrupt:
+        print("toponav: interrupted; run the same command again to resume", file=sys.stderr)
+        return _INTERRUPTED
+
+
+def _failed(error: InputError) -> int:
+    """Prints the error on one line; what files say cannot steer the terminal."""
+    shown = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in str(error))
+    print(f"toponav: {shown}", file=sys.stderr)
+    return _FAILED
 
 
 def _dispatch(words: list[str]) -> int:

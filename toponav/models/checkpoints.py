@@ -8,7 +8,6 @@ registered here, and only after the tensors' names and shapes fit its configurat
 import hashlib
 import json
 import math
-import os
 import struct
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -21,8 +20,9 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save as safetensors_bytes
 
 from toponav.core.errors import InputError, did_you_mean
+from toponav.core.files import read_json_object, write_atomically
+from toponav.core.typed_json import from_json
 from toponav.core.vocabulary import Behavior
-from toponav.models._config_json import config_from_json
 from toponav.models.graphnav.behavior import BehaviorNetwork
 from toponav.models.graphnav.localization import LocalizationNetwork
 from toponav.models.graphnav.presets import BehaviorConfig, LocalizationConfig
@@ -110,7 +110,9 @@ def load_checkpoint(path: str | Path) -> Network:
     _check_file(weights, document["sha256"])
     network_type, config_type = _REGISTRY[document["kind"]]
     where = str(weights.with_suffix(".json"))
-    config = config_from_json(config_type, document["config"], where)
+    config = from_json(
+        config_type, document["config"], where=where, key="config", remedy=_TRAIN_AGAIN
+    )
     # On the meta device nothing is allocated, however large a hostile configuration is.
     with torch.device("meta"):
         model = network_type(config)
@@ -159,20 +161,6 @@ def load_weights(name_or_dir: str | Path = "compact") -> GraphNavWeights:
     return GraphNavWeights(behaviors, localization)
 
 
-def write_atomically(path: Path, data: bytes) -> None:
-    """Put `data` at `path` whole or not at all, creating the folder when missing."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with open(temporary, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def _find_weights(name_or_dir: str | Path) -> Path:
     directory = Path(name_or_dir)
     if directory.is_dir():
@@ -199,18 +187,11 @@ def _read_sidecar(path: Path) -> dict[str, Any]:
 
     if not path.is_file():
         raise broken("there is no such file; a checkpoint is a .safetensors and a .json")
-    if path.stat().st_size > _MOST_JSON_BYTES:
-        raise broken(f"a checkpoint's JSON is at most {_MOST_JSON_BYTES} bytes")
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise broken(f"it has to be JSON, but {error}") from None
-    if not isinstance(document, dict):
-        raise broken("it has to be a JSON object")
+    document = read_json_object(path, max_bytes=_MOST_JSON_BYTES)
     if document.get("schema") != SCHEMA_VERSION:
         raise broken(f"schema has to be {SCHEMA_VERSION}, got {document.get('schema')!r}")
     kind = document.get("kind")
-    if kind not in _REGISTRY:
+    if not isinstance(kind, str) or kind not in _REGISTRY:
         raise broken(f"there is no kind of network {kind!r}; {did_you_mean(str(kind), _REGISTRY)}")
     if not isinstance(document.get("sha256"), str) or not isinstance(document.get("config"), dict):
         raise broken("it has to give 'sha256' and 'config'")

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from toponav.core.errors import InputError
+from toponav.core.typed_json import from_json
 from toponav.core.vocabulary import NodeKind
 
 __all__ = ["Doorway", "HallwayLayout", "Junction", "Passage"]
@@ -149,25 +150,13 @@ class HallwayLayout:
         Raises:
             InputError: If a field is missing, unknown or of the wrong type.
         """
-        try:
-            if document["format"] != _FORMAT:
-                raise _fault(
-                    f"format must be {_FORMAT}, got {document['format']}", "update toponav"
-                )
-            return cls(
-                tuple(Junction(**item) for item in document["junctions"]),
-                tuple(
-                    Passage(**{**item, "kind": NodeKind(item["kind"])})
-                    for item in document["passages"]
-                ),
-                tuple(Doorway(**item) for item in document["doorways"]),
-            )
-        except (KeyError, TypeError, ValueError) as error:
-            if isinstance(error, InputError):
-                raise
+        if document.get("format") != _FORMAT:
             raise _fault(
-                f"the layout cannot be read ({error})", "generate the scene again"
-            ) from None
+                f"format must be {_FORMAT}, got {repr(document.get('format'))[:80]}",
+                "update toponav",
+            )
+        fields = {key: value for key, value in document.items() if key != "format"}
+        return from_json(cls, fields, where="hallway layout", remedy="generate the scene again")
 
 
 def _fault(rule: str, remedy: str) -> InputError:

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -281,5 +282,5 @@ def _check(scene: Scene) -> None:
         ("room", [room.name for room in scene.rooms]),
         ("door", [door.name for door in scene.doors]),
     ):
-        double = sorted({name for name in names if names.count(name) > 1})
+        double = sorted(name for name, count in Counter(names).items() if count > 1)[:5]
         require(not double, f"{what} names must be unique, got {double} twice", "rename one")

@@ -17,6 +17,7 @@ import yaml
 from PIL import Image
 
 from toponav.core.errors import InputError
+from toponav.core.files import read_json_object
 from toponav.worlds._scene_arrays import read_arrays
 from toponav.worlds._scene_json import grid_of, scene_metadata, scene_of
 from toponav.worlds.gltf import glb_bytes
@@ -26,7 +27,6 @@ __all__ = ["load_scene", "save_scene"]
 
 _SCHEMA = 1
 _JSON, _ARRAYS, _GRID, _MAP, _MESH = "scene.json", "arrays.npz", "grid.png", "map.yaml", "mesh.glb"
-_MAX_JSON_BYTES = 256_000_000
 _FREE, _SOLID = 254, 0
 
 
@@ -89,7 +89,7 @@ def load_scene(directory: str | Path) -> Scene:
         ) from None
     if document.get("content_hash") != scene.content_hash:
         raise InputError(
-            f"the content hash must be {document.get('content_hash')}, got {scene.content_hash}: "
+            f"the content hash must be {str(document.get('content_hash'))[:64]}, got {scene.content_hash}: "
             f"{_JSON} or {_ARRAYS} was changed or cut",
             where=str(folder),
             remedy="copy the folder again or generate the scene again",
@@ -149,31 +149,10 @@ def _write_files(scene: Scene, folder: Path) -> None:
 
 def _read_json(path: Path) -> dict[str, Any]:
     """The document, of a schema that this version reads."""
-
-    def refuse(constant: str) -> float:
-        raise ValueError(f"{constant} is no JSON number")
-
-    try:
-        if path.stat().st_size > _MAX_JSON_BYTES:
-            raise ValueError("it is too large")
-        document = json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
-        if not isinstance(document, dict):
-            raise ValueError("it must hold an object")
-    except OSError as error:
-        raise InputError(
-            f"cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="name a folder that `toponav scene generate` or `import` wrote",
-        ) from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(
-            f"is not the JSON of a scene ({error})",
-            where=str(path),
-            remedy="copy the folder again or generate the scene again",
-        ) from None
+    document = read_json_object(path)
     if document.get("schema") != _SCHEMA:
         raise InputError(
-            f"schema must be {_SCHEMA}, got {document.get('schema')!r}",
+            f"schema must be {_SCHEMA}, got {repr(document.get('schema'))[:80]}",
             where=str(path),
             remedy="generate the scene again with this version, or update toponav",
         )
