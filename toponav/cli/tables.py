@@ -57,9 +57,12 @@ def tables(
     endings = {"text": "txt", "csv": "csv", "latex": "tex"}
     for name, table in made.items():
         if format == "text":
-            console = Console(width=None if out is None else 200)
+            shown = layouts.to_rich(table)
+            # Numbers cut off to fit a narrow terminal would be worth nothing: let it wrap.
+            width = Console(width=1000).measure(shown).maximum
+            console = Console(width=max(width, Console().width))
             with console.capture() as captured:
-                console.print(layouts.to_rich(table))
+                console.print(shown)
             text = captured.get()
         else:
             text = layouts.to_csv(table) if format == "csv" else layouts.to_latex(table)
