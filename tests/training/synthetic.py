@@ -51,6 +51,7 @@ class SyntheticSet:
                     trajectory.append(number)
         self.frames = np.stack(frames)
         self.command = np.array(command, np.float32)
+        self.executed = self.command
         self.behavior = np.array(behavior, np.int8)
         self.edge = np.array(edge, np.int32)
         self.trajectory = np.array(trajectory, np.int32)

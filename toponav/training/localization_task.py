@@ -18,6 +18,7 @@ from toponav.maps.subgraph import crop
 from toponav.models.graphnav.graph_tensors import (
     GraphBatch,
     GraphTensors,
+    Motion,
     batch_graphs,
     encode_subgraph,
     mirror_graph,
@@ -25,6 +26,7 @@ from toponav.models.graphnav.graph_tensors import (
 from toponav.models.graphnav.localization import LocalizationNetwork, edge_log_probabilities
 from toponav.models.graphnav.presets import LocalizationConfig
 from toponav.training.config import TrainingConfig
+from toponav.training.motion import MotionSampler
 from toponav.training.samples import FrameStacks, Split, TrainingData, draw, first_frames
 
 __all__ = ["LocalizationBatch", "LocalizationTask", "draw_previous_edge"]
@@ -32,7 +34,7 @@ __all__ = ["LocalizationBatch", "LocalizationTask", "draw_previous_edge"]
 # How the last location is disturbed: the shares of samples that are told the true edge, the
 # one before it, the one after it; the rest are told any edge near enough. A robot in use makes
 # all of these mistakes, and one that is only ever told the truth learns to repeat it.
-_TOLD_TRUTH, _TOLD_BEFORE, _TOLD_AFTER = 0.5, 0.25, 0.1
+_TOLD_TRUTH, _TOLD_BEFORE, _TOLD_AFTER = 0.4, 0.32, 0.13
 _MOST_TRIES = 20
 
 
@@ -63,6 +65,7 @@ class LocalizationTask:
         self._edge = np.asarray(data.edge)
         self._trajectory = np.asarray(data.trajectory)
         self._stacks = FrameStacks(data, model.config.frame_offsets)
+        self._motion = MotionSampler(data)
         labelled = self._edge >= 0
         behavior = self._behavior_of_edges(labelled)
         self._pools = [
@@ -97,7 +100,8 @@ class LocalizationTask:
                 draw_previous_edge(*self._where(frame), self.model.config, rng) for frame in chosen
             ]
             told = rng.random(len(chosen)) >= self._config.plan_dropout
-            yield self._batch(chosen, previous, told, mirrored)
+            motion = self._motions(chosen, previous, rng)
+            yield self._batch(chosen, previous, told, mirrored, motion)
 
     def loss(self, model: torch.nn.Module, batch: LocalizationBatch) -> Tensor:
         """Mean cross-entropy over the edges of each crop."""
@@ -142,11 +146,14 @@ class LocalizationTask:
     ) -> tuple[Bool[np.ndarray, " frames"], float]:
         """Which frames were placed right, and the mean loss."""
         right, loss = [], 0.0
+        rng = np.random.default_rng(self._config.seed)
         size = self._config.batch_size
         for first in range(0, len(chosen), size):
             index = chosen[first : first + size]
             plain = np.zeros(len(index), bool)
-            batch = self._batch(index, previous[first : first + size], plain | told, plain)
+            before = previous[first : first + size]
+            motion = self._motions(index, before, rng)
+            batch = self._batch(index, before, plain | told, plain, motion)
             table = edge_log_probabilities(model(batch.frames, batch.graphs), batch.graphs)
             loss += float(F.nll_loss(table, batch.target, reduction="sum"))
             right.append((table.argmax(1) == batch.target).numpy())
@@ -158,6 +165,7 @@ class LocalizationTask:
         previous: list[Edge],
         told: Bool[np.ndarray, " batch"],
         mirrored: Bool[np.ndarray, " batch"],
+        motion: list[Motion | None],
     ) -> LocalizationBatch:
         graphs: list[GraphTensors] = []
         target = np.empty(len(index), np.int64)
@@ -166,7 +174,7 @@ class LocalizationTask:
             topological_map, truth, plan = self._where(frame)
             subgraph = crop(topological_map, edge.source, config.ahead, config.behind)
             known = plan if told[row] else None
-            graph = encode_subgraph(topological_map, subgraph, known, edge.id, config)
+            graph = encode_subgraph(topological_map, subgraph, known, edge.id, config, motion[row])
             graphs.append(mirror_graph(graph) if mirrored[row] else graph)
             target[row] = subgraph.edges.index(truth.id)
         return LocalizationBatch(
@@ -174,6 +182,21 @@ class LocalizationTask:
             batch_graphs(graphs),
             torch.from_numpy(target),
         )
+
+    def _motions(
+        self,
+        chosen: Int64[np.ndarray, " frames"],
+        previous: list[Edge],
+        rng: np.random.Generator,
+    ) -> list[Motion | None]:
+        """What the robot has commanded since it came to each previous edge, about."""
+        if not self.model.config.motion_features:
+            return [None] * len(chosen)
+        numbers = [
+            self._where(frame)[0].edge_index[edge.id]
+            for frame, edge in zip(chosen, previous, strict=True)
+        ]
+        return [*self._motion.draw(chosen, np.array(numbers), rng)]
 
     def _where(self, frame: np.integer) -> tuple[TopologicalMap, Edge, Plan]:
         """Map, true edge and plan of one frame."""

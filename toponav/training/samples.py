@@ -31,6 +31,10 @@ class TrainingData(Protocol):
         """The expert's command: m/s, rad/s."""
 
     @property
+    def executed(self) -> Float32[np.ndarray, "frames 2"]:
+        """The command that the robot was given: m/s, rad/s."""
+
+    @property
     def behavior(self) -> Int8[np.ndarray, " frames"]:
         """Index in `Behavior`, or -1."""
 

@@ -1,5 +1,6 @@
 """Crops of a topological map as numbers: the one encoding that training and agents share."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,9 +17,12 @@ from toponav.models.graphnav.presets import LocalizationConfig, Preset
 
 __all__ = [
     "EDGE_FEATURES",
+    "MOTION_FEATURES",
     "GraphBatch",
     "GraphTensors",
+    "Motion",
     "batch_graphs",
+    "edge_feature_count",
     "encode_subgraph",
     "mirror_graph",
 ]
@@ -41,6 +45,13 @@ Turns are the edge's heading relative to the previous edge's. `plan_order_+k` sa
 plan takes the edge k edges after the previous one; farther edges count as the ends.
 """
 
+MOTION_FEATURES = ("driven", "driven_share", "turned_sine", "turned_cosine")
+"""What the robot has commanded since it took itself to be on the previous edge.
+
+The same for each edge of a crop (`motion_features` presets only).
+"""
+
+_TURNED_SINE = len(EDGE_FEATURES) + MOTION_FEATURES.index("turned_sine")
 _TURN_SINE = EDGE_FEATURES.index("turn_sine")
 _IS_ON_PLAN = EDGE_FEATURES.index("is_on_plan")
 _FIRST_ORDER = _IS_ON_PLAN + 1
@@ -68,6 +79,21 @@ _NODE_KINDS = {
 
 
 @dataclass(frozen=True)
+class Motion:
+    """Dead reckoning from the robot's own commands, since it came to the previous edge.
+
+    It is no ego-motion from outside: the robot only adds up what it told its wheels.
+
+    Attributes:
+        driven_m: Metres driven.
+        turned_rad: Turn, counter-clockwise.
+    """
+
+    driven_m: float
+    turned_rad: float
+
+
+@dataclass(frozen=True)
 class GraphTensors:
     """One crop, edges in the order of `edge_ids`.
 
@@ -75,7 +101,7 @@ class GraphTensors:
         node_kind: Index of each node's embedding.
         edge_index: Row of the source and of the target node of each edge.
         edge_kind: Index of each edge's behaviour in `Behavior`.
-        edge_attr: `EDGE_FEATURES` of each edge, or no columns.
+        edge_attr: `EDGE_FEATURES` and `MOTION_FEATURES` of each edge, as the preset has them.
         edge_ids: Id of each edge in the map.
     """
 
@@ -124,6 +150,7 @@ def encode_subgraph(
     plan: Plan | None,
     previous_edge: str | None,
     config: Preset | LocalizationConfig,
+    motion: Motion | None = None,
 ) -> GraphTensors:
     """The crop as the localization network sees it; the same at training and on the robot.
 
@@ -137,6 +164,7 @@ def encode_subgraph(
         previous_edge: The edge last predicted (its source is the crop's centre), or None.
             At the start: the plan's first edge.
         config: The network's configuration, or its preset.
+        motion: What the robot did since it came to the previous edge; None for nothing yet.
     """
     if isinstance(config, Preset):
         config = config.localization
@@ -151,11 +179,31 @@ def encode_subgraph(
         row = fixed.edge_row.get(previous_edge)
         if row is not None:
             features[row, _IS_ON_PLAN - 1] = 1.0
+    if config.motion_features and motion is not None and previous_edge is not None:
+        _write_motion(features, motion, topological_map.edge(previous_edge).length_m)
     if plan is not None:
         _write_plan(features, topological_map, subgraph, plan, previous_edge, fixed.edge_row)
     graph = fixed.graph
     return GraphTensors(
         graph.node_kind, graph.edge_index, graph.edge_kind, features, graph.edge_ids
+    )
+
+
+def edge_feature_count(config: LocalizationConfig) -> int:
+    """How many numbers each edge carries beside its behaviour."""
+    if not config.edge_features:
+        return 0
+    return len(EDGE_FEATURES) + (len(MOTION_FEATURES) if config.motion_features else 0)
+
+
+def _write_motion(
+    features: Float32[np.ndarray, "edges features"], motion: Motion, length_m: float
+) -> None:
+    features[:, len(EDGE_FEATURES) :] = (
+        min(motion.driven_m / 5.0, 3.0),
+        min(motion.driven_m / max(length_m, 0.5), 3.0),
+        math.sin(motion.turned_rad),
+        math.cos(motion.turned_rad),
     )
 
 
@@ -186,10 +234,10 @@ def _write_plan(
 def _fixed_crop(
     topological_map: TopologicalMap, subgraph: Subgraph, config: LocalizationConfig
 ) -> _Crop:
-    kept: dict[tuple[Subgraph, int, bool], _Crop] = topological_map.__dict__.setdefault(
+    kept: dict[tuple[Subgraph, int, int], _Crop] = topological_map.__dict__.setdefault(
         "_encoded_crops", {}
     )
-    key = (subgraph, config.node_kinds, config.edge_features)
+    key = (subgraph, config.node_kinds, edge_feature_count(config))
     found = kept.get(key)
     if found is None:
         found = kept[key] = _encode_fixed(topological_map, subgraph, config)
@@ -202,7 +250,7 @@ def _encode_fixed(
     node_row = {node: row for row, node in enumerate(subgraph.nodes)}
     kinds = _NODE_KINDS[config.node_kinds]
     edges = [topological_map.edge(edge) for edge in subgraph.edges]
-    columns = len(EDGE_FEATURES) if config.edge_features else 0
+    columns = edge_feature_count(config)
     features = np.zeros((len(edges), columns), np.float32)
     if columns:
         length_m = np.array([edge.length_m for edge in edges], np.float32)
@@ -235,6 +283,7 @@ def mirror_graph(graph: GraphTensors) -> GraphTensors:
     if features.shape[1]:
         features = features.copy()
         features[:, _TURN_SINE] *= -1.0
+        features[:, _TURNED_SINE : _TURNED_SINE + 1] *= -1.0
     return GraphTensors(
         graph.node_kind,
         graph.edge_index,

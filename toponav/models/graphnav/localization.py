@@ -10,10 +10,10 @@ from toponav.core.vocabulary import Behavior
 from toponav.models.graphnav.encoder import DepthEncoder
 from toponav.models.graphnav.gn_block import gn_block
 from toponav.models.graphnav.graph_tensors import (
-    EDGE_FEATURES,
     GraphBatch,
     GraphTensors,
     batch_graphs,
+    edge_feature_count,
 )
 from toponav.models.graphnav.presets import LocalizationConfig
 
@@ -43,7 +43,7 @@ class LocalizationNetwork(nn.Module):
         self.encoder = DepthEncoder(config.encoder, config.image, len(config.frame_offsets))
         self.node_embedding = nn.Embedding(config.node_kinds, config.embedding)
         self.edge_embedding = nn.Embedding(len(Behavior), config.embedding)
-        extra = len(EDGE_FEATURES) if config.edge_features else 0
+        extra = edge_feature_count(config)
         first, later = config.embedding, config.width
         blocks = [
             gn_block(

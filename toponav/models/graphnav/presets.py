@@ -201,10 +201,17 @@ class LocalizationConfig:
     """The crop keeps nodes this many edges ahead of its centre."""
     behind: int = 2
     """The crop keeps nodes this many edges behind its centre."""
+    motion_features: bool = False
+    """Whether edges also carry what the robot has commanded since it came to the last edge."""
 
     def __post_init__(self) -> None:
         _check_offsets(self.frame_offsets)
         widths = (self.embedding, self.width, *self.hidden)
+        _require(
+            self.edge_features or not self.motion_features,
+            "motion_features need edge_features",
+            "LocalizationConfig",
+        )
         _require(
             all(1 <= width <= _LARGEST for width in widths)
             and 1 <= len(self.hidden) <= 16
@@ -346,6 +353,7 @@ def _compact() -> Preset:
             node_kinds=4,
             embedding=32,
             edge_features=True,
+            motion_features=True,
             hidden=(128,),
             width=128,
             norm="layer",

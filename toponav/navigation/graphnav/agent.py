@@ -10,6 +10,7 @@ from toponav.models.checkpoints import load_weights
 from toponav.models.graphnav.graph_tensors import encode_subgraph
 from toponav.models.graphnav.localization import LocalizationNetwork
 from toponav.navigation.graphnav.behavior_selection import BehaviorSelector
+from toponav.navigation.graphnav.dead_reckoning import DeadReckoning
 from toponav.navigation.graphnav.driver import BehaviorDriver
 from toponav.navigation.graphnav.particle_filter import NodeParticleFilter, ParticleFilterConfig
 
@@ -44,6 +45,7 @@ class GraphNavAgent:
         self._seed = seed
         self._filter: NodeParticleFilter | None = None
         self._task: NavigationTask | None = None
+        self._reckoning = DeadReckoning()
         self._belief = Belief()
 
     def reseed(self, seed: int) -> None:
@@ -55,6 +57,7 @@ class GraphNavAgent:
         self._task = task
         self._selector = BehaviorSelector(task)
         self._driver.reset()
+        self._reckoning.reset(task.start_node)
         self._belief = Belief(task.start_node, task.plan.edges[0])
         if self._filter_config is not None:
             rng = np.random.default_rng(self._seed)
@@ -73,6 +76,7 @@ class GraphNavAgent:
         node, edge = self._locate(self._task, probability)
         behavior = self._selector.select(node)
         command = self._driver.command(behavior)
+        self._reckoning.advance(command)
         self._belief = Belief(node, edge, behavior, probability, self._driver.stopped_because)
         return command
 
@@ -86,7 +90,8 @@ class GraphNavAgent:
         around = crop(task.map, last.node, config.ahead, config.behind)
         if not around.edges:
             return {}
-        graph = encode_subgraph(task.map, around, task.plan, last.edge, config)
+        motion = self._reckoning.since(last.node)
+        graph = encode_subgraph(task.map, around, task.plan, last.edge, config, motion)
         frames = self._driver.stack(config.frame_offsets)
         probability = self._localization.edge_probabilities(frames, graph)
         return dict(zip(graph.edge_ids, probability.tolist(), strict=True))
