@@ -140,11 +140,10 @@ def test_nothing_is_left_behind_where_a_writer_dies_before_the_end(
     def dies(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(storage.os, "replace", dies)
+    monkeypatch.setattr("os.replace", dies)
     with pytest.raises(KeyboardInterrupt):
         write(tmp_path / "1.mcap")
-    assert not list(tmp_path.glob("*.mcap"))
-    assert len(list(tmp_path.glob(".*.partial"))) == 1
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_empty_trajectory_is_whole(tmp_path: Path) -> None:
@@ -172,5 +171,5 @@ def test_errors_name_the_file_and_the_remedy(bag: Path, tmp_path: Path) -> None:
     bag.write_bytes(b"not a bag")
     with pytest.raises(InputError, match=r"000007\.mcap.*must be whole.*data verify"):
         read_trajectory(bag)
-    with pytest.raises(InputError, match=r"missing\.mcap: .*exist"):
+    with pytest.raises(InputError, match=r"missing\.mcap: .*no such file"):
         read_summary(tmp_path / "missing.mcap")

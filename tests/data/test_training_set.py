@@ -128,7 +128,7 @@ def test_broken_caches_and_mixed_images_are_refused(
         TrainingSet.open(broken)
     other = Path(shutil.copytree(cache, tmp_path / "other"))
     document = json.loads((other / "cache.json").read_text())
-    document["image"]["rows"] = 99
+    document["image"]["projection"] = "pinhole"
     (other / "cache.json").write_text(json.dumps(document))
     with pytest.raises(InputError, match="must have the same image"):
         TrainingSet.open([cache, other])

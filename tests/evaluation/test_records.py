@@ -5,6 +5,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.evaluation.records import STEP, record
+from toponav.core.errors import InputError
 from toponav.evaluation.records import (
     StoredEpisode,
     load_episode,
@@ -57,7 +58,7 @@ def test_a_failed_write_leaves_the_old_content_and_no_litter(
         raise OSError("disk full")
 
     monkeypatch.setattr("os.replace", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(InputError, match="disk full"):
         write_atomically(tmp_path / "a.txt", "new")
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
     assert (tmp_path / "a.txt").read_text() == "old"

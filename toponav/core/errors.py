@@ -3,7 +3,7 @@
 import difflib
 from collections.abc import Iterable
 
-__all__ = ["InputError", "did_you_mean"]
+__all__ = ["InputError", "did_you_mean", "shown"]
 
 
 class InputError(ValueError):
@@ -46,3 +46,14 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
         return f"did you mean '{near[0]}'?"
     shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     return f"valid names: {shown or 'none'}"
+
+
+def shown(value: object, most: int = 80) -> str:
+    """A value received, as a message shows it: never longer than a line.
+
+    Example:
+        >>> shown("office")
+        "'office'"
+    """
+    text = repr(value)
+    return text if len(text) <= most else f"{text[: most - 3]}..."

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from toponav.core.errors import InputError
+from toponav.core.errors import InputError, shown
 
 __all__ = [
     "MAX_JSON_BYTES",
@@ -19,6 +19,7 @@ __all__ = [
     "check_out_folder",
     "file_beside",
     "os_fault",
+    "parse_json",
     "read_bytes",
     "read_json",
     "read_json_object",
@@ -44,7 +45,9 @@ _REMEDY_OF = {
 }
 
 
-def os_fault(error: OSError, path: str | Path | None = None, *, verb: str = "be read") -> InputError:
+def os_fault(
+    error: OSError, path: str | Path | None = None, *, verb: str = "be read"
+) -> InputError:
     """What the operating system refused, as an error that names the file and the remedy.
 
     Args:
@@ -92,8 +95,19 @@ def read_json(path: str | Path, *, max_bytes: int = MAX_JSON_BYTES) -> Any:
             repeats a key, or holds NaN, an infinity, a lone surrogate, or a whole number of
             more than 64 bits.
     """
-    where = str(path)
-    data = read_bytes(path, max_bytes=max_bytes)
+    return parse_json(read_bytes(path, max_bytes=max_bytes), str(path))
+
+
+def parse_json(data: bytes, where: str) -> Any:
+    """What JSON text holds, as strictly as `read_json` reads a file.
+
+    Args:
+        data: UTF-8 text.
+        where: The file that it came from, for messages.
+
+    Raises:
+        InputError: If it is not JSON, or holds what `read_json` refuses.
+    """
     try:
         text = data.decode("utf-8-sig")
         document = json.loads(
@@ -233,7 +247,7 @@ def check_file_name(name: Any, where: str) -> str:
         or any(letter in "/\\:" or not letter.isprintable() for letter in name)
     ):
         raise InputError(
-            f"must be the plain name of a file or folder, got {str(name)[:_SHOWN_CHARACTERS]!r}",
+            f"must be the plain name of a file or folder, got {shown(name)}",
             where=where,
             remedy="use letters, digits, '_', '-' and '.'",
         )
@@ -253,7 +267,7 @@ def file_beside(path: Path, name: Any, what: str) -> Path:
     """
     if not isinstance(name, str) or not name or not name.isprintable():
         raise InputError(
-            f"{what} must name a file, got {str(name)[:_SHOWN_CHARACTERS]!r}",
+            f"{what} must name a file, got {shown(name)}",
             where=str(path),
             remedy=f"set {what} to a file beside this one",
         )

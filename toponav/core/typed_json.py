@@ -6,7 +6,7 @@ import types
 import typing
 from typing import Any, Literal, TypeVar
 
-from toponav.core.errors import InputError, did_you_mean
+from toponav.core.errors import InputError, did_you_mean, shown
 
 __all__ = ["from_json"]
 
@@ -49,9 +49,12 @@ class _Parser:
             return value
         if dataclasses.is_dataclass(wanted):
             return self._dataclass(wanted, value, key)
-        if origin in (typing.Union, types.UnionType) and len(arguments) == 2:
-            (kind,) = (one for one in arguments if one is not type(None))
-            return None if value is None else self.parse(kind, value, key)
+        if origin in (typing.Union, types.UnionType):
+            choices = [one for one in arguments if one is not type(None)]
+            if value is None and len(choices) < len(arguments):
+                return None
+            exact = [kind for kind in choices if type(value) is kind]
+            return self.parse((exact or choices)[-1], value, key)
         if origin is Literal:
             if any(value == one and type(value) is type(one) for one in arguments):
                 return value
@@ -63,6 +66,15 @@ class _Parser:
                     self.parse(kind, item, f"{key}[{number}]")
                     for number, (kind, item) in enumerate(zip(kinds, value, strict=True))
                 )
+        elif origin is list and isinstance(value, list) and len(value) <= _MOST_ITEMS:
+            return [
+                self.parse(arguments[0], item, f"{key}[{number}]")
+                for number, item in enumerate(value)
+            ]
+        elif origin is dict and isinstance(value, dict):
+            return {
+                name: self.parse(arguments[1], one, f"{key}.{name}") for name, one in value.items()
+            }
         elif isinstance(wanted, type) and issubclass(wanted, enum.Enum):
             if value in [member.value for member in wanted]:
                 return wanted(value)
@@ -73,7 +85,7 @@ class _Parser:
         elif _is_plain(wanted, value):
             return value
         name = wanted.__name__ if isinstance(wanted, type) and not arguments else str(wanted)
-        raise self._fault(f"{key or 'it'} has to be {name}, got {repr(value)[:80]}")
+        raise self._fault(f"{key or 'it'} has to be {name}, got {shown(value)}")
 
     def _dataclass(self, wanted: Any, value: Any, key: str) -> Any:
         kinds = typing.get_type_hints(wanted)

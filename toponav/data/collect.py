@@ -18,6 +18,8 @@ import numpy as np
 
 from toponav.core.camera import PinholeCamera
 from toponav.core.errors import InputError
+from toponav.core.files import check_out_folder
+from toponav.core.typed_json import from_json
 from toponav.data.annotations import annotate_dataset
 from toponav.data.buildings import (
     BuildingSource,
@@ -27,6 +29,7 @@ from toponav.data.buildings import (
 )
 from toponav.data.dataset import (
     ANNOTATIONS,
+    MAX_EPISODES,
     Manifest,
     building_dir,
     discard_partials,
@@ -48,7 +51,7 @@ from toponav.data.driving import (
     sample_start,
 )
 from toponav.data.noise import NoiseConfig
-from toponav.data.parallel import run_parallel
+from toponav.data.parallel import check_workers, run_parallel
 from toponav.data.recording import TrajectoryMetadata
 from toponav.data.storage import StoredTrajectory, TrajectoryWriter
 from toponav.maps.task import NavigationTask
@@ -80,9 +83,11 @@ class CollectConfig:
 
     def __post_init__(self) -> None:
         for name in ("episodes", "episodes_per_building", "attempts"):
-            if not 1 <= getattr(self, name) <= 10_000_000:
+            if not 1 <= getattr(self, name) <= MAX_EPISODES:
                 raise InputError(
-                    f"{name} must be at least 1, got {getattr(self, name)}",
+                    f"{name} must be at least 1, got {getattr(self, name)}"
+                    if getattr(self, name) < 1
+                    else f"{name} must be at most {MAX_EPISODES:,}, got {getattr(self, name):,}",
                     where=f"--{name.replace('_', '-')}",
                     remedy="give a positive number",
                 )
@@ -108,19 +113,14 @@ class CollectConfig:
         Raises:
             InputError: It is not one.
         """
-        try:
-            values = {item.name: content[item.name] for item in dataclasses.fields(CollectConfig)}
-            values["buildings"] = tuple(values["buildings"])
-            values["noise"] = NoiseConfig(**values["noise"])
-            values["start"] = StartConfig(**values["start"])
-            values["camera"] = PinholeCamera(**values["camera"])
-            return CollectConfig(**values)
-        except (KeyError, TypeError) as error:
-            raise InputError(
-                f"the configuration lacks or garbles {error}",
-                where="dataset.json, config",
-                remedy="collect into another folder, or restore the file",
-            ) from error
+        names = {item.name for item in dataclasses.fields(CollectConfig)}
+        values = {name: value for name, value in content.items() if name in names}
+        return from_json(
+            CollectConfig,
+            values,
+            where="dataset.json, config",
+            remedy="collect into another folder, or restore the file",
+        )
 
 
 def collect(
@@ -152,6 +152,8 @@ def collect(
     Example:
         >>> collect(Path("data/train"), CollectConfig(episodes=1000), workers=8)
     """
+    check_workers(workers)
+    check_out_folder(out)
     factory = driver or NoisyExpertFactory(config.noise)
     resolve_buildings(config.buildings, config.seed)
     with locked(out):

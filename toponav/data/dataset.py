@@ -10,9 +10,10 @@ DIR/buildings/NAME/         scene and map of each building
 import hashlib
 import json
 import platform
+import re
 import shutil
 import subprocess
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
@@ -23,12 +24,22 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 import toponav
-from toponav.core.errors import InputError
+from toponav.core.errors import InputError, shown
+from toponav.core.files import (
+    check_file_name,
+    file_beside,
+    os_fault,
+    read_json_object,
+    write_atomically,
+)
 from toponav.data.recording import TrajectoryEnd, TrajectoryMetadata
-from toponav.data.storage import read_summary, write_atomically
+from toponav.data.storage import read_summary
 
 __all__ = [
     "ANNOTATIONS",
+    "ANNOTATION_COLUMNS",
+    "INDEX_COLUMNS",
+    "MAX_EPISODES",
     "Manifest",
     "building_dir",
     "discard_partials",
@@ -48,7 +59,28 @@ __all__ = [
 MANIFEST: Final = "dataset.json"
 INDEX: Final = "index.parquet"
 ANNOTATIONS: Final = "annotations.parquet"
+INDEX_COLUMNS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("trajectory", "frames", "attempt", "bytes"), "int"),
+    **dict.fromkeys(("building", "source", "outcome"), "text"),
+    **dict.fromkeys(("plan_nodes", "plan_edges"), "names"),
+    "distance_m": "float",
+}
+"""What readers of the index need, and of what kind it is."""
+_LABELS: Final = ("room", "node", "edge", "behavior", "true_node", "plan_edge", "edge_behavior")
+_MOTION: Final = ("time_s", "x_m", "y_m", "yaw_rad", "linear_m_s", "angular_rad_s")
+_COMMANDS: Final = tuple(
+    f"{who}_{what}" for who in ("command", "executed") for what in ("linear_m_s", "angular_rad_s")
+)
+ANNOTATION_COLUMNS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("trajectory", "frame", "plan_position"), "int"),
+    **dict.fromkeys((*_MOTION, *_COMMANDS), "float"),
+    **dict.fromkeys(_LABELS, "text"),
+    "off_plan": "bool",
+}
+"""What readers of the annotations need, and of what kind it is."""
+MAX_EPISODES: Final = 10_000_000
 _SCHEMA: Final = 1
+_MAX_ROWS: Final = 200_000_000
 
 
 @dataclass(frozen=True)
@@ -78,7 +110,8 @@ class Manifest:
     @property
     def expected(self) -> list[int]:
         """Numbers of the trajectories that should be there."""
-        return [index for index in range(self.episodes) if index not in set(self.dropped)]
+        dropped = set(self.dropped)
+        return [index for index in range(self.episodes) if index not in dropped]
 
 
 def trajectory_path(dataset_dir: Path, index: int) -> Path:
@@ -88,13 +121,13 @@ def trajectory_path(dataset_dir: Path, index: int) -> Path:
 
 def building_dir(dataset_dir: Path, name: str) -> Path:
     """The folder of a building."""
-    return dataset_dir / "buildings" / name
+    return dataset_dir / "buildings" / check_file_name(name, f"{dataset_dir}, a building's name")
 
 
 def recorded(dataset_dir: Path) -> list[int]:
     """Numbers of the trajectories that are there, in order."""
     files = (dataset_dir / "trajectories").glob("*.mcap")
-    return sorted(int(path.stem) for path in files if path.stem.isdigit())
+    return sorted(int(path.stem) for path in files if re.fullmatch("[0-9]{6,9}", path.stem))
 
 
 def discard_partials(dataset_dir: Path) -> int:
@@ -137,34 +170,47 @@ def read_manifest(dataset_dir: Path) -> Manifest:
         InputError: The folder is not a dataset, or its manifest is broken.
     """
     path = dataset_dir / MANIFEST
-    try:
-        document = json.loads(path.read_bytes())
-    except OSError as error:
+    if not path.is_file():
         raise InputError(
-            f"a dataset is a folder with {MANIFEST}, got: {error.strerror}",
+            f"a dataset is a folder with {MANIFEST}, which is missing",
             where=str(dataset_dir),
             remedy="give the folder that `toponav collect graphnav --out` wrote",
-        ) from error
-    except ValueError as error:
-        raise _bad_manifest(path, f"must be JSON, got: {error}") from error
-    try:
-        if document["schema"] != _SCHEMA:
-            raise ValueError(f"schema must be {_SCHEMA}, got {document['schema']}")
-        return Manifest(
-            kind=str(document["kind"]),
-            episodes=int(document["episodes"]),
-            config=dict(document["config"]),
-            environment=dict(document["environment"]),
-            complete=bool(document["complete"]),
-            dropped=tuple(map(int, document["dropped"])),
-            trajectories={
-                int(number): (str(entry["sha256"]), int(entry["bytes"]))
-                for number, entry in document["trajectories"].items()
-            },
-            buildings=dict(document["buildings"]),
         )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise _bad_manifest(path, f"lacks or garbles {error}") from error
+    try:
+        document = read_json_object(path)
+    except InputError as error:
+        raise _bad_manifest(path, f"must be JSON, got: {error.rule}") from None
+    try:
+        return _manifest(document, path)
+    except InputError:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise _bad_manifest(path, f"lacks or garbles {str(error)[:200]}") from error
+
+
+def _manifest(document: Mapping[str, Any], path: Path) -> Manifest:
+    if document["schema"] != _SCHEMA:
+        raise ValueError(f"schema must be {_SCHEMA}, got {shown(document['schema'])}")
+    found = Manifest(
+        kind=str(document["kind"]),
+        episodes=int(document["episodes"]),
+        config=dict(document["config"]),
+        environment=dict(document["environment"]),
+        complete=bool(document["complete"]),
+        dropped=tuple(map(int, document["dropped"])),
+        trajectories={
+            int(number): (str(entry["sha256"]), int(entry["bytes"]))
+            for number, entry in document["trajectories"].items()
+        },
+        buildings=dict(document["buildings"]),
+    )
+    for name, record in found.buildings.items():
+        check_file_name(name, f"{path}, buildings")
+        for file in record["files"]:
+            file_beside(path, file, f"buildings.{name}")
+    if not 0 <= found.episodes <= MAX_EPISODES:
+        raise ValueError(f"episodes, which must lie in 0..{MAX_EPISODES:,}: {found.episodes}")
+    return found
 
 
 def _bad_manifest(path: Path, rule: str) -> InputError:
@@ -213,7 +259,14 @@ def index_row(dataset_dir: Path, index: int) -> dict[str, Any]:
     Raises:
         InputError: The file is missing or broken.
     """
-    metadata, end, digest, size = read_summary(trajectory_path(dataset_dir, index))
+    path = trajectory_path(dataset_dir, index)
+    metadata, end, digest, size = read_summary(path)
+    if metadata.index != index:
+        raise InputError(
+            f"the bag must hold trajectory {index}, got number {metadata.index}",
+            where=str(path),
+            remedy="restore its name, or run `toponav data repair`",
+        )
     return _row(metadata, end, digest, size)
 
 
@@ -251,19 +304,49 @@ def write_table(path: Path, table: Any) -> None:
     write_atomically(path, sink.getvalue().to_pybytes())
 
 
-def read_table(path: Path, remedy: str) -> Any:
+def read_table(path: Path, remedy: str, columns: Mapping[str, str] | None = None) -> Any:
     """The table in a Parquet file.
 
+    Args:
+        path: The file.
+        remedy: What to do when it is broken.
+        columns: Columns that it must have, each with its kind: `int`, `float`, `text`, `bool`,
+            `names` (a list of text).
+
     Raises:
-        InputError: It is missing or broken.
+        InputError: It is missing or broken, or lacks a column.
     """
     try:
-        return pq.read_table(path)
-    except (OSError, pa.ArrowException) as error:
-        detail = str(error).splitlines()[0]
+        with pq.ParquetFile(path) as file:
+            if file.metadata.num_rows > _MAX_ROWS:
+                raise ValueError(f"{file.metadata.num_rows:,} rows")
+            table = file.read()
+        for name, kind in (columns if columns and table.num_rows else {}).items():
+            if name not in table.column_names or not _KINDS[kind](table.schema.field(name).type):
+                raise ValueError(f"a column '{name}' that is missing or not {kind}")
+            if table[name].null_count and kind != "text":
+                raise ValueError(f"gaps in the column '{name}'")
+        return table
+    except (OSError, ValueError, pa.ArrowException, MemoryError) as error:
+        detail = (str(error) or type(error).__name__).splitlines()[0]
         raise InputError(
             f"the table must be readable, got: {detail}", where=str(path), remedy=remedy
         ) from error
+
+
+def _is_text(kind: Any) -> bool:
+    if pa.types.is_dictionary(kind):
+        kind = kind.value_type
+    return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
+
+
+_KINDS: Final[Mapping[str, Callable[[Any], bool]]] = {
+    "int": pa.types.is_integer,
+    "float": pa.types.is_floating,
+    "bool": pa.types.is_boolean,
+    "text": _is_text,
+    "names": lambda kind: pa.types.is_list(kind) and _is_text(kind.value_type),
+}
 
 
 @contextmanager
@@ -273,8 +356,12 @@ def locked(dataset_dir: Path) -> Iterator[None]:
     Raises:
         InputError: Another process is writing to it.
     """
-    dataset_dir.mkdir(parents=True, exist_ok=True)
-    with open(dataset_dir / ".lock", "w") as file:
+    try:
+        dataset_dir.mkdir(parents=True, exist_ok=True)
+        lock = open(dataset_dir / ".lock", "w")  # noqa: SIM115
+    except OSError as error:
+        raise os_fault(error, dataset_dir, verb="be written") from None
+    with lock as file:
         if not _try_lock(file):
             raise InputError(
                 "only one command may write to a dataset at a time",

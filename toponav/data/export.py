@@ -9,9 +9,10 @@ from typing import Any, Final
 import numpy as np
 import pyarrow as pa
 
+from toponav.core.files import check_out_folder, write_atomically
 from toponav.data.dataset import ANNOTATIONS, read_manifest, read_table, trajectory_path
 from toponav.data.parallel import run_parallel
-from toponav.data.storage import read_trajectory, write_atomically
+from toponav.data.storage import read_trajectory
 
 __all__ = ["export_npz"]
 
@@ -35,12 +36,12 @@ def export_npz(
     Raises:
         InputError: The folder is not a dataset, or a file in it is broken.
     """
+    check_out_folder(out_dir)
     indices = [
         index
         for index in read_manifest(dataset_dir).expected
         if not (out_dir / f"{index:06d}.npz").exists()
     ]
-    out_dir.mkdir(parents=True, exist_ok=True)
     tasks = [tuple(indices[at : at + 10]) for at in range(0, len(indices), 10)]
 
     def poll(done: int) -> None:
@@ -75,7 +76,8 @@ def _labels_of(dataset_dir: Path, indices: tuple[int, ...]) -> dict[int, dict[st
     path = dataset_dir / ANNOTATIONS
     if not path.exists():
         return {}
-    table = read_table(path, "run `toponav data annotate`")
+    kinds = {"trajectory": "int", **dict.fromkeys(_LABELS, "text")}
+    table = read_table(path, "run `toponav data annotate`", kinds)
     rows = np.asarray(table["trajectory"])
     found = {}
     for index in indices:

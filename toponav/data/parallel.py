@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from toponav.core.errors import InputError
 
-__all__ = ["run_parallel"]
+__all__ = ["check_workers", "run_parallel"]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -27,6 +27,21 @@ class _Failure:
     rule: str
     where: str
     remedy: str
+
+
+def check_workers(workers: int) -> None:
+    """Nothing, if this machine can run so many processes.
+
+    Raises:
+        InputError: If there are none, or many more than processor cores: each takes a gigabyte.
+    """
+    most = max(16, 4 * (os.cpu_count() or 1))
+    if not 1 <= workers <= most:
+        raise InputError(
+            f"workers must be 1 to {most} on this machine, got {workers}",
+            where="--workers",
+            remedy="give the number of processor cores to use",
+        )
 
 
 def run_parallel(
@@ -48,12 +63,7 @@ def run_parallel(
     Raises:
         InputError: From a task, or when a worker was killed.
     """
-    if workers < 1:
-        raise InputError(
-            f"at least one worker is needed, got {workers}",
-            where="--workers",
-            remedy="give the number of processor cores to use",
-        )
+    check_workers(workers)
     poll = on_poll or (lambda done: None)
     if workers == 1 or len(tasks) <= 1:
         results = []

@@ -15,20 +15,29 @@ import numpy as np
 import pyarrow.compute as pc
 
 from toponav.core.errors import InputError
+from toponav.core.files import (
+    check_file_name,
+    check_out_folder,
+    os_fault,
+    read_json,
+    write_atomically,
+)
 from toponav.core.vocabulary import Behavior
 from toponav.data.annotations import annotate_dataset
 from toponav.data.buildings import MAP_FILE
 from toponav.data.dataset import (
+    ANNOTATION_COLUMNS,
     ANNOTATIONS,
     INDEX,
+    INDEX_COLUMNS,
     Manifest,
     building_dir,
     read_manifest,
     read_table,
     trajectory_path,
 )
-from toponav.data.parallel import run_parallel
-from toponav.data.storage import depth_images, read_summary, write_atomically
+from toponav.data.parallel import check_workers, run_parallel
+from toponav.data.storage import depth_images, read_summary
 from toponav.data.training_set import CACHE_FILE, CACHE_SCHEMA, TrainingSet
 from toponav.maps.spec import load_map
 from toponav.models.graphnav.preprocess import DepthResampler
@@ -94,6 +103,8 @@ def prepare(
     }
     if (out / CACHE_FILE).exists() and _same(out / CACHE_FILE, wanted):
         return TrainingSet.open(out)
+    check_workers(workers)
+    check_out_folder(out)
     _begin(out, wanted)
     rows = _rows(dataset, manifest)
     starts = np.cumsum([0] + [row["frames"] for row in rows]).tolist()
@@ -119,15 +130,21 @@ def _digest(manifest: Manifest) -> str:
 
 def _same(path: Path, wanted: dict[str, Any]) -> bool:
     try:
-        document = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        document = read_json(path)
+    except InputError:
         return False
-    return all(document.get(name) == value for name, value in wanted.items())
+    return isinstance(document, dict) and all(
+        document.get(name) == value for name, value in wanted.items()
+    )
 
 
 def _begin(out: Path, wanted: dict[str, Any]) -> None:
     """An empty cache, or the unfinished one of the same kind that is there."""
     done = out / _DONE
+    if out.is_dir() and not ((out / CACHE_FILE).exists() or done.is_dir()) and any(out.iterdir()):
+        raise InputError(
+            "the folder holds files but no cache", where=str(out), remedy="name a new folder"
+        )
     if done.is_dir() and not _same(done / "wanted.json", wanted):
         shutil.rmtree(done)
     (out / CACHE_FILE).unlink(missing_ok=True)
@@ -138,14 +155,23 @@ def _begin(out: Path, wanted: dict[str, Any]) -> None:
 
 
 def _rows(dataset: Path, manifest: Manifest) -> list[dict[str, Any]]:
-    table = read_table(dataset / INDEX, "run `toponav data repair` on the dataset")
+    remedy = "run `toponav data repair` on the dataset"
+    table = read_table(dataset / INDEX, remedy, INDEX_COLUMNS)
     rows: list[dict[str, Any]] = [row for row in table.to_pylist() if row["frames"]]
     if not {row["trajectory"] for row in rows} <= set(manifest.expected) or not rows:
         raise InputError(
             f"{INDEX} does not fit dataset.json",
             where=str(dataset),
-            remedy="run `toponav data repair` on the dataset",
+            remedy=remedy,
         )
+    for row in rows:
+        check_file_name(row["building"], f"{dataset / INDEX}, building")
+        if row["frames"] < 0:
+            raise InputError(
+                f"a trajectory cannot have {row['frames']} frames",
+                where=str(dataset / INDEX),
+                remedy=remedy,
+            )
     return rows
 
 
@@ -163,13 +189,13 @@ def _fill_frames(
     if not (out / _PARTIAL).exists():
         for marker in (out / _DONE).glob("*.done"):
             marker.unlink()
-        np.lib.format.open_memmap(out / _PARTIAL, "w+", np.uint8, shape).flush()
+        _reserve(out / _PARTIAL, shape)
     tasks = []
     for first in range(0, len(rows), _PER_TASK):
         if not (out / _DONE / f"{first}.done").exists():
             stop = min(first + _PER_TASK, len(rows))
             numbers = tuple(row["trajectory"] for row in rows[first:stop])
-            tasks.append((first, numbers, tuple(starts[first:stop])))
+            tasks.append((first, numbers, tuple(starts[first : stop + 1])))
     finished = -(-len(rows) // _PER_TASK) - len(tasks)
 
     def poll(done: int) -> None:
@@ -180,21 +206,43 @@ def _fill_frames(
     run_parallel(functools.partial(_resample_some, dataset, out, preset), tasks, workers, poll)
 
 
+def _reserve(path: Path, shape: tuple[int, ...]) -> None:
+    """An array on disk, its space taken at once: a full disk under a mapping kills the process."""
+    try:
+        frames = np.lib.format.open_memmap(path, "w+", np.uint8, shape)
+        frames.flush()
+        if hasattr(os, "posix_fallocate"):
+            with open(path, "r+b") as file:
+                os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
+    except OSError as error:
+        path.unlink(missing_ok=True)
+        raise os_fault(error, path, verb="be written") from None
+
+
 def _resample_some(
     dataset: Path, out: Path, preset: Preset, task: tuple[int, tuple[int, ...], tuple[int, ...]]
 ) -> None:
     first, numbers, starts = task
     frames = np.lib.format.open_memmap(out / _PARTIAL, "r+")
     resampler: DepthResampler | None = None
-    for number, start in zip(numbers, starts, strict=True):
+    for number, start, stop in zip(numbers, starts[:-1], starts[1:], strict=True):
         path = trajectory_path(dataset, number)
         metadata = read_summary(path)[0]
         if resampler is None or resampler.camera != metadata.camera:
             resampler = DepthResampler(metadata.camera, preset)
-        for offset, depth_mm in enumerate(depth_images(path)):
+        at = start
+        for at, depth_mm in enumerate(depth_images(path), start=start + 1):
+            if at > stop:
+                break
             depth_m = depth_mm.astype(np.float32)
             depth_m *= np.float32(0.001)
-            frames[start + offset] = resampler(depth_m)
+            frames[at - 1] = resampler(depth_m)
+        if at != stop:
+            raise InputError(
+                f"the bag must hold {stop - start} images, as {INDEX} says",
+                where=str(path),
+                remedy="run `toponav data repair` on the dataset",
+            )
     frames.flush()
     (out / _DONE / f"{first}.done").touch()
 
@@ -203,7 +251,7 @@ def _write_columns(dataset: Path, out: Path, rows: Sequence[dict[str, Any]], wor
     if not (dataset / ANNOTATIONS).exists():
         annotate_dataset(dataset, workers=workers)
     remedy = "run `toponav data annotate` on the dataset"
-    table = read_table(dataset / ANNOTATIONS, remedy)
+    table = read_table(dataset / ANNOTATIONS, remedy, ANNOTATION_COLUMNS)
     if table.num_rows != sum(row["frames"] for row in rows):
         raise InputError(
             "there must be a label row for each frame", where=str(dataset), remedy=remedy

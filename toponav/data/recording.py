@@ -2,17 +2,20 @@
 
 import dataclasses
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float32, Float64, UInt16
 
 from toponav.core.camera import PinholeCamera
+from toponav.core.files import check_file_name, parse_json
+from toponav.core.typed_json import from_json
 from toponav.maps.plan import Plan
 
 __all__ = ["Recording", "TrajectoryEnd", "TrajectoryMetadata"]
+
+Parsed = TypeVar("Parsed")
 
 
 @dataclass(frozen=True)
@@ -58,16 +61,11 @@ class TrajectoryMetadata:
         Raises:
             ValueError: The text is not such metadata.
         """
-        content = json.loads(text)
-        if not isinstance(content, dict) or content.pop("schema", None) != 1:
-            raise ValueError("trajectory metadata must have schema 1")
-        names = {item.name for item in dataclasses.fields(TrajectoryMetadata)}
-        if missing := names - content.keys():
-            raise ValueError(f"trajectory metadata lacks {', '.join(sorted(missing))}")
-        plan = Plan(nodes=tuple(content["plan"]["nodes"]), edges=tuple(content["plan"]["edges"]))
-        camera = PinholeCamera(**content["camera"])
-        known = {name: content[name] for name in names - {"plan", "camera"}}
-        return TrajectoryMetadata(**known, plan=plan, camera=camera)
+        metadata = _parsed(TrajectoryMetadata, text)
+        check_file_name(metadata.building, "trajectory metadata, building")
+        if metadata.index < 0 or not metadata.plan.nodes:
+            raise ValueError("a trajectory has a number from 0 and a plan")
+        return metadata
 
 
 @dataclass(frozen=True)
@@ -92,10 +90,21 @@ class TrajectoryEnd:
 
     @staticmethod
     def from_json(text: str) -> "TrajectoryEnd":
-        """The end written by `to_json`."""
-        content: Mapping[str, Any] = json.loads(text)
-        names = [item.name for item in dataclasses.fields(TrajectoryEnd)]
-        return TrajectoryEnd(**{name: content[name] for name in names})
+        """The end written by `to_json`.
+
+        Raises:
+            ValueError: The text is not such an end.
+        """
+        return _parsed(TrajectoryEnd, text)
+
+
+def _parsed(wanted: type[Parsed], text: str) -> Parsed:
+    """The dataclass that its `to_json` wrote."""
+    where = f"{wanted.__name__} in the bag"
+    content = parse_json(text.encode(), where)
+    if not isinstance(content, dict) or content.pop("schema", None) != 1:
+        raise ValueError("trajectory metadata must have schema 1")
+    return from_json(wanted, content, where=where)
 
 
 @dataclass(frozen=True)

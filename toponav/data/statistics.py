@@ -5,7 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from toponav.core.vocabulary import Behavior
-from toponav.data.dataset import ANNOTATIONS, INDEX, read_manifest, read_table
+from toponav.data.dataset import (
+    ANNOTATION_COLUMNS,
+    ANNOTATIONS,
+    INDEX,
+    INDEX_COLUMNS,
+    read_manifest,
+    read_table,
+)
 from toponav.data.splits import validation_buildings
 
 __all__ = ["dataset_statistics"]
@@ -28,7 +35,7 @@ def dataset_statistics(dataset_dir: Path) -> dict[str, Any]:
     }
     if not manifest.complete:
         return result
-    rows = read_table(dataset_dir / INDEX, "run `toponav data repair`").to_pylist()
+    rows = read_table(dataset_dir / INDEX, "run `toponav data repair`", INDEX_COLUMNS).to_pylist()
     frames = sum(row["frames"] for row in rows)
     result |= {
         "trajectories": len(rows),
@@ -61,7 +68,9 @@ def _per_building(rows: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
 
 
 def _labels(dataset_dir: Path) -> dict[str, Any]:
-    table = read_table(dataset_dir / ANNOTATIONS, "run `toponav data annotate`")
+    table = read_table(
+        dataset_dir / ANNOTATIONS, "run `toponav data annotate`", ANNOTATION_COLUMNS
+    )
     if not table.num_rows:
         return {}
     result: dict[str, Any] = {}

@@ -7,7 +7,6 @@ disk and renamed, so a file with its final name is complete whatever was killed.
 
 import hashlib
 import io
-import os
 import struct
 import zlib
 from collections.abc import Iterator
@@ -26,6 +25,7 @@ from mcap.writer import Writer
 
 from toponav.core.episode import Velocity
 from toponav.core.errors import InputError
+from toponav.core.files import read_bytes, write_atomically
 from toponav.core.geometry import Pose2
 from toponav.data.messages import (
     ImageCodec,
@@ -65,6 +65,8 @@ _TOPICS: Final = {
     END_TOPIC: "std_msgs/msg/String",
 }
 _RECORD = "toponav"
+_MAX_BAG_BYTES = 2 << 30
+_MAX_CHUNK_BYTES = 256 << 20
 _MESSAGE_OPCODE = 5
 _UNREADABLE = (
     McapError,
@@ -76,6 +78,8 @@ _UNREADABLE = (
     OverflowError,
     MemoryError,
     EOFError,
+    AttributeError,
+    RecursionError,
     struct.error,
     zstandard.ZstdError,
 )
@@ -97,16 +101,6 @@ class StoredTrajectory:
     sha256: str
     size_bytes: int
     end: TrajectoryEnd
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Put `content` at `path`: afterwards there is all of it, or what was there before."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    with open(partial, "wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(partial, path)
 
 
 class TrajectoryWriter:
@@ -192,21 +186,13 @@ class TrajectoryWriter:
 
 def _opened(path: Path) -> bytes:
     try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(
-            "the trajectory does not exist", where=str(path), remedy=_REMEDY
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"the trajectory must be a readable file, got: {error.strerror}",
-            where=str(path),
-            remedy=_REMEDY,
-        ) from error
+        return read_bytes(path, max_bytes=_MAX_BAG_BYTES)
+    except InputError as error:
+        raise InputError(error.rule, where=error.where, remedy=_REMEDY) from None
 
 
 def _broken(path: Path, error: Exception) -> InputError:
-    detail = str(error) or type(error).__name__
+    detail = (str(error) or type(error).__name__)[:300]
     return InputError(f"the bag must be whole, got: {detail}", where=str(path), remedy=_REMEDY)
 
 
@@ -239,7 +225,7 @@ def _messages(content: bytes, validate: bool) -> Iterator[tuple[str, int, memory
     for record in stream.records:
         if not isinstance(record, Chunk):
             continue
-        unpacked = zstandard.decompress(record.data, record.uncompressed_size)
+        unpacked = _unpacked(record)
         if validate and zlib.crc32(unpacked) != record.uncompressed_crc:
             raise ValueError(f"the checksum of a chunk of {len(record.data)} bytes differs")
         view, at = memoryview(unpacked), 0
@@ -253,6 +239,16 @@ def _messages(content: bytes, validate: bool) -> Iterator[tuple[str, int, memory
                 channel, name = _channel_at(view, at)
                 topics[channel] = name
             at += length
+
+
+def _unpacked(chunk: Chunk) -> bytes:
+    """A chunk's messages, after a look at how much memory they would take."""
+    if chunk.compression != "zstd":
+        raise ValueError(f"its chunks must be packed with zstd, got {chunk.compression[:20]!r}")
+    size = zstandard.get_frame_parameters(chunk.data).content_size
+    if size != chunk.uncompressed_size or size > _MAX_CHUNK_BYTES:
+        raise ValueError(f"a chunk says that it unpacks to {size:,} bytes")
+    return zstandard.decompress(chunk.data, size)
 
 
 def _channel_at(view: memoryview, at: int) -> tuple[int, str]:
@@ -308,13 +304,20 @@ def _parse(content: bytes, depth: bool, validate: bool) -> Recording:
         elif topic in rows:
             rows[topic].append(TwistCodec.unpack(message))
         elif topic == DEPTH_TOPIC:
+            image = ImageCodec.unpack(message)
+            if image.shape != shape[1:]:
+                rows_cols = "x".join(map(str, image.shape))
+                raise ValueError(f"image {seen} must be of the camera's size, got {rows_cols}")
             if depth:
-                images[seen] = ImageCodec.unpack(message)
+                images[seen] = image
             seen += 1
     counts = {DEPTH_TOPIC: seen} | {topic: len(values) for topic, values in rows.items()}
     if set(counts.values()) != {end.frames}:
         raise ValueError(f"each topic must hold {end.frames} messages, got {counts}")
     odometry = np.array(rows[ODOMETRY_TOPIC], np.float64).reshape(-1, 5)
+    commands = np.array(rows[COMMAND_TOPIC] + rows[EXECUTED_TOPIC], np.float64)
+    if not (np.isfinite(odometry).all() and np.isfinite(commands).all()):
+        raise ValueError("poses and commands must be finite, got NaN or infinity")
     return Recording(
         metadata=metadata,
         end=end,

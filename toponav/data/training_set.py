@@ -7,7 +7,6 @@ CACHE/maps/            the map of each building
 """
 
 import functools
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,10 @@ from typing import Any, Final, Literal
 import numpy as np
 from jaxtyping import Bool, Float32, Int8, Int32, Int64, UInt8
 
-from toponav.core.errors import InputError
+from toponav.core.arrays import Shape, read_npz
+from toponav.core.errors import InputError, shown
+from toponav.core.files import check_file_name, read_json_object
+from toponav.core.vocabulary import Behavior
 from toponav.data.splits import Split, split_buildings
 from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap, load_map
@@ -106,6 +108,7 @@ class TrainingSet:
             self.edge = columns["edge"]
             self.node = columns["node"]
         self._entries = tuple(entries)
+        self._fits_map: set[int] = set()
         counts = [entry.frames for entry in self._entries]
         self.starts: Int64[np.ndarray, " bounds"] = np.concatenate([[0], np.cumsum(counts)])
 
@@ -175,7 +178,22 @@ class TrainingSet:
 
     def map_of(self, trajectory: int) -> TopologicalMap:
         """The map that the trajectory was driven on; read once."""
-        return _map(self._entries[trajectory].map_path)
+        entry = self._entries[trajectory]
+        found = _map(entry.map_path)
+        if trajectory not in self._fits_map:
+            here = self.rows_of(trajectory)
+            for what, codes, count in (
+                ("edge", self.edge[here], len(found.edges)),
+                ("node", self.node[here], len(found.nodes)),
+            ):
+                if codes.size and codes.max() >= count:
+                    raise InputError(
+                        f"a label names {what} {codes.max()} of a map with {count}",
+                        where=str(entry.map_path),
+                        remedy=_REMEDY,
+                    )
+            self._fits_map.add(trajectory)
+        return found
 
     def plan_of(self, trajectory: int) -> Plan:
         """The plan that the trajectory followed."""
@@ -226,37 +244,69 @@ class _Part:
 
 
 def _read(directory: Path) -> _Part:
+    for name in (CACHE_FILE, "frames.npy", "columns.npz"):
+        if not (directory / name).is_file():
+            raise InputError(
+                f"a finished training cache holds {name}, this folder does not",
+                where=str(directory),
+                remedy="run `toponav data prepare DATASET --preset compact --out CACHE`",
+            )
+    document = read_json_object(directory / CACHE_FILE)
     try:
-        document = json.loads((directory / CACHE_FILE).read_bytes())
         if document["schema"] != CACHE_SCHEMA:
-            raise ValueError(f"schema must be {CACHE_SCHEMA}, got {document['schema']}")
-        frames = np.load(directory / "frames.npy", mmap_mode="r", allow_pickle=False)
-        with np.load(directory / "columns.npz", allow_pickle=False) as archive:
-            columns = {name: archive[name] for name in archive.files}
+            raise ValueError(f"schema must be {CACHE_SCHEMA}, got {shown(document['schema'])}")
         entries = [_entry(directory, row) for row in document["trajectories"]]
-        count = sum(entry.frames for entry in entries)
-        lengths = {len(frames), *(len(column) for column in columns.values())}
-        if lengths != {count} or frames.dtype != np.uint8:
-            raise ValueError(f"every array must have {count} rows, got {sorted(lengths)}")
-        return _Part(frames, columns, entries, dict(document["image"]))
-    except FileNotFoundError as error:
-        missing = Path(str(error.filename)).name
+        image = dict(document["image"])
+        frames = np.load(directory / "frames.npy", mmap_mode="r", allow_pickle=False)
+        shape = (sum(entry.frames for entry in entries), image["rows"], image["cols"])
+        if frames.shape != shape or frames.dtype != np.uint8:
+            raise ValueError(f"frames must be {shape} bytes, got {frames.dtype}{frames.shape}")
+        columns = _read_columns(directory / "columns.npz", entries)
+        return _Part(frames, columns, entries, image)
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError) as error:
         raise InputError(
-            f"a finished training cache holds {missing}, this folder does not",
+            f"the training cache is broken: {str(error)[:200]}",
             where=str(directory),
-            remedy="run `toponav data prepare DATASET --preset compact --out CACHE`",
+            remedy=_REMEDY,
         ) from error
-    except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
-        raise InputError(
-            f"the training cache is broken: {error}", where=str(directory), remedy=_REMEDY
-        ) from error
+
+
+def _read_columns(path: Path, entries: Sequence[TrajectoryEntry]) -> dict[str, np.ndarray]:
+    """The labels, of the types that they must have and within what they may say."""
+    counts = [entry.frames for entry in entries]
+    rows = sum(counts)
+    wanted: dict[str, tuple[str, Shape]] = {
+        "command": ("<f4", (rows, 2)),
+        "executed": ("<f4", (rows, 2)),
+        "velocity": ("<f4", (rows, 2)),
+        "pose": ("<f4", (rows, 3)),
+        "off_plan": ("|b1", (rows,)),
+        **dict.fromkeys(("trajectory", "plan_position"), ("<i4", (rows,))),
+        **dict.fromkeys(("node", "true_node", "edge", "plan_edge"), ("<i4", (rows,))),
+        **dict.fromkeys(("behavior", "edge_behavior"), ("|i1", (rows,))),
+    }
+    columns = read_npz(path, wanted, remedy=_REMEDY)
+    if not np.array_equal(columns["trajectory"], np.repeat(np.arange(len(counts)), counts)):
+        raise ValueError(f"{path.name}: the rows are not in the order of the trajectories")
+    for name, values in columns.items():
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            raise ValueError(f"{path.name}: {name} must be finite")
+        lowest, highest = (-1, len(Behavior) - 1) if values.dtype == np.int8 else (-1, 2**31)
+        within = (values >= lowest) & (values <= highest)
+        if values.dtype.kind == "i" and not within.all():
+            raise ValueError(f"{path.name}: {name} must lie in {lowest}..{highest}")
+    return columns
 
 
 def _entry(directory: Path, row: Mapping[str, Any]) -> TrajectoryEntry:
-    building = str(row["building"])
+    building = check_file_name(row["building"], f"{directory / CACHE_FILE}, building")
+    if int(row["frames"]) < 0:
+        raise ValueError(f"a trajectory has {row['frames']} frames")
     return TrajectoryEntry(
         building=building,
-        plan=Plan(tuple(row["plan_nodes"]), tuple(row["plan_edges"])),
+        plan=Plan(tuple(map(str, row["plan_nodes"])), tuple(map(str, row["plan_edges"]))),
         map_path=directory / "maps" / f"{building}.topo.json",
         source=str(row["source"]),
         outcome=str(row["outcome"]),

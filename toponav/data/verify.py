@@ -139,13 +139,15 @@ def _table_faults(dataset_dir: Path, manifest: Manifest) -> list[Fault]:
             continue
         try:
             table = read_table(path, f"run `toponav data {remedy}`")
-            if file == INDEX:
+            if file == INDEX and not {"frames", "trajectory"} <= set(table.column_names):
+                wrong = True
+            elif file == INDEX:
                 frames = sum(table["frames"].to_pylist())
                 wrong = table["trajectory"].to_pylist() != manifest.expected
             else:
                 wrong = frames is not None and table.num_rows != frames
-        except (InputError, KeyError) as error:
-            faults.append(Fault(file, str(error)))
+        except (InputError, TypeError) as error:
+            faults.append(Fault(file, error.rule if isinstance(error, InputError) else str(error)))
             continue
         if wrong:
             faults.append(Fault(file, f"does not fit the trajectories; run `data {remedy}`"))
@@ -214,6 +216,12 @@ def _restore_buildings(dataset_dir: Path, config: CollectConfig, faults: list[Fa
     slots = range(-(-config.episodes // config.episodes_per_building))
     sources = {source.name: source for source in map(source_of, slots)}
     for name in sorted(damaged):
+        if name not in sources:
+            raise InputError(
+                f"building {name} is none of those that this dataset is recorded in",
+                where=str(dataset_dir / "dataset.json"),
+                remedy="restore the manifest from a copy",
+            )
         shutil.rmtree(building_dir(dataset_dir, name), ignore_errors=True)
         building = make_building(sources[name], dataset_dir)
         for index in recorded(dataset_dir):

@@ -1,8 +1,6 @@
 """Episode records on disk: one Parquet file an episode, written whole or not at all."""
 
 import json
-import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,6 +9,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from toponav.core.files import write_atomically
 from toponav.core.vocabulary import Behavior, Difficulty, Outcome
 from toponav.evaluation.episode import EpisodeRecord, Step
 from toponav.evaluation.protocol import Verdict
@@ -171,20 +170,3 @@ def _write_table(path: Path, table: pa.Table) -> None:
     sink = pa.BufferOutputStream()
     pq.write_table(table, sink, compression="zstd")
     write_atomically(path, sink.getvalue().to_pybytes())
-
-
-def write_atomically(path: Path, content: bytes | str) -> None:
-    """Put the content at the path, at once or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    data = content.encode() if isinstance(content, str) else content
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise

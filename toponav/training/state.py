@@ -18,9 +18,14 @@ from safetensors.torch import save as safetensors_bytes
 from torch import Tensor, nn
 
 from toponav.core.errors import InputError
+from toponav.core.files import check_file_name, read_bytes, read_json_object
+from toponav.core.typed_json import from_json
 from toponav.models.checkpoints import write_atomically
 
 __all__ = ["Progress", "restore_state", "save_state"]
+
+_MOST_BYTES = 4 << 30
+_OF_FILE = ("file", "sha256")
 
 
 @dataclass
@@ -123,13 +128,15 @@ def _under(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        wanted = {"fingerprint", "file", "sha256"}
-        if not isinstance(document, dict) or not wanted <= document.keys():
-            raise ValueError(f"it lacks one of {sorted(wanted)}")
-        if Path(document["file"]).name != document["file"]:
-            raise ValueError("its file is outside its folder")
-    except (ValueError, TypeError, RecursionError) as error:
+        document = read_json_object(path)
+        check_file_name(document.get("file"), "file")
+        if not {"fingerprint", "sha256", "history"} <= document.keys():
+            raise ValueError("it lacks one of fingerprint, sha256, history")
+        fields = {name: value for name, value in document.items() if name not in _OF_FILE}
+        progress = from_json(Progress, fields, where="progress")
+        if not 1 <= progress.best_epoch <= progress.epoch == len(progress.history):
+            raise ValueError(f"epoch {progress.epoch} with {len(progress.history)} records")
+    except ValueError as error:
         raise _damaged(path, str(error)) from None
     return document
 
@@ -137,7 +144,7 @@ def _read(path: Path) -> dict[str, Any]:
 def _tensors(path: Path, sha256: str) -> dict[str, Tensor]:
     if not path.is_file():
         raise _damaged(path, "it is missing")
-    data = path.read_bytes()
+    data = read_bytes(path, max_bytes=_MOST_BYTES)
     if hashlib.sha256(data).hexdigest() != sha256:
         raise _damaged(path, "its digest is not the one in state.json")
     try:

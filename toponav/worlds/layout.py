@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
-from toponav.core.errors import InputError
+from toponav.core.errors import InputError, shown
 from toponav.core.typed_json import from_json
 from toponav.core.vocabulary import NodeKind
 
@@ -152,7 +152,7 @@ class HallwayLayout:
         """
         if document.get("format") != _FORMAT:
             raise _fault(
-                f"format must be {_FORMAT}, got {repr(document.get('format'))[:80]}",
+                f"format must be {_FORMAT}, got {shown(document.get('format'))}",
                 "update toponav",
             )
         fields = {key: value for key, value in document.items() if key != "format"}

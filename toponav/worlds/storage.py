@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 from PIL import Image
 
-from toponav.core.errors import InputError
+from toponav.core.errors import InputError, shown
 from toponav.core.files import read_json_object
 from toponav.worlds._scene_arrays import read_arrays
 from toponav.worlds._scene_json import grid_of, scene_metadata, scene_of
@@ -89,8 +89,8 @@ def load_scene(directory: str | Path) -> Scene:
         ) from None
     if document.get("content_hash") != scene.content_hash:
         raise InputError(
-            f"the content hash must be {str(document.get('content_hash'))[:64]}, got {scene.content_hash}: "
-            f"{_JSON} or {_ARRAYS} was changed or cut",
+            f"the content hash must be {shown(document.get('content_hash'))}, got "
+            f"{scene.content_hash}: {_JSON} or {_ARRAYS} was changed or cut",
             where=str(folder),
             remedy="copy the folder again or generate the scene again",
         )
@@ -152,7 +152,7 @@ def _read_json(path: Path) -> dict[str, Any]:
     document = read_json_object(path)
     if document.get("schema") != _SCHEMA:
         raise InputError(
-            f"schema must be {_SCHEMA}, got {repr(document.get('schema'))[:80]}",
+            f"schema must be {_SCHEMA}, got {shown(document.get('schema'))}",
             where=str(path),
             remedy="generate the scene again with this version, or update toponav",
         )

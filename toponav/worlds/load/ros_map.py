@@ -10,7 +10,7 @@ import yaml
 from jaxtyping import Bool
 from PIL import Image
 
-from toponav.core.errors import InputError
+from toponav.core.errors import InputError, shown
 from toponav.core.files import file_beside, read_bytes
 from toponav.worlds.grid import GridFrame
 
@@ -48,7 +48,7 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
     """
     try:
         text = read_bytes(path, max_bytes=_MAX_YAML_BYTES).decode("utf-8")
-        _refuse_aliases(text)
+        _refuse_aliases(text, path)
         loaded = yaml.safe_load(text)
     except InputError:
         raise
@@ -74,13 +74,14 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
     return {str(key): value for key, value in loaded.items()}
 
 
-def _refuse_aliases(text: str) -> None:
+def _refuse_aliases(text: str, path: Path) -> None:
     """A map needs no aliases, and a few lines of them unfold into billions of values."""
     for event in yaml.parse(text, Loader=yaml.SafeLoader):
         if isinstance(event, yaml.AliasEvent):
-            raise yaml.MarkedYAMLError(
-                problem=f"aliases such as *{event.anchor} are not read",
-                problem_mark=event.start_mark,
+            raise InputError(
+                f"aliases such as *{event.anchor} are not read",
+                where=f"{path} line {event.start_mark.line + 1}",
+                remedy="write the value out",
             )
 
 
@@ -103,7 +104,7 @@ def read_ros_map(yaml_path: str | Path) -> RosMap:
     origin = settings.get("origin")
     if not isinstance(origin, list) or len(origin) not in (2, 3):
         raise InputError(
-            f"origin must be [x, y, yaw], got {repr(origin)[:80]}",
+            f"origin must be [x, y, yaw], got {shown(origin)}",
             where=str(path),
             remedy="give the lower-left corner in metres",
         )
@@ -164,6 +165,6 @@ def _number(settings: dict[str, Any], key: str, path: Path, default: float | Non
     value = settings.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
         raise InputError(
-            f"{key} must be a number, got {repr(value)[:80]}", where=str(path), remedy=f"set {key}"
+            f"{key} must be a number, got {shown(value)}", where=str(path), remedy=f"set {key}"
         )
     return float(value)

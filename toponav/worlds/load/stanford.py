@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Int16
 from scipy.io import loadmat
 
-from toponav.core.errors import InputError, did_you_mean
+from toponav.core.errors import InputError, did_you_mean, shown
 from toponav.core.files import file_beside, read_bytes, read_json
 from toponav.core.geometry import Pose2, wrap_angle
 from toponav.core.vocabulary import RoomKind
@@ -85,9 +85,9 @@ class AreaFiles:
         sizes = settings.get("node_sizes") or {}
         rooms = settings.get("invalid_rooms") or []
         if not isinstance(sizes, dict) or not all(map(_is_size, sizes.values())):
-            raise _broken(path, f"node_sizes must map node names to sizes > 0, got {repr(sizes)[:80]}")
+            raise _broken(path, f"node_sizes must map node names to sizes > 0, got {shown(sizes)}")
         if not isinstance(rooms, list):
-            raise _broken(path, f"invalid_rooms must be a list of rooms, got {repr(rooms)[:80]}")
+            raise _broken(path, f"invalid_rooms must be a list of rooms, got {shown(rooms)}")
         plans = path.with_name(f"{path.stem}_plans.json")
         return AreaFiles(
             yaml=path,
@@ -179,10 +179,10 @@ def _pair(entry: Any, number: int, grid: GridFrame, path: Path) -> StartGoalPair
         raise _broken(where, f"must be an object, got {type(entry).__name__}")
     yaw = entry.get("start_yaw")
     if isinstance(yaw, bool) or not isinstance(yaw, int | float) or not abs(yaw) <= _MOST_RAD:
-        raise _broken(where, f"start_yaw must be an angle in radians, got {repr(yaw)[:80]}")
+        raise _broken(where, f"start_yaw must be an angle in radians, got {shown(yaw)}")
     for key in ("start_room", "end_room"):
         if not isinstance(entry.get(key), str):
-            raise _broken(where, f"{key} must be a room's name, got {repr(entry.get(key))[:80]}")
+            raise _broken(where, f"{key} must be a room's name, got {shown(entry.get(key))}")
     start, end = (_point(entry.get(key), key, grid, where) for key in ("start_px", "end_px"))
     return StartGoalPair(
         entry["start_room"], entry["end_room"], Pose2(*start, wrap_angle(float(yaw))), end
@@ -199,7 +199,8 @@ def _point(pixel: Any, key: str, grid: GridFrame, where: str) -> tuple[float, fl
         and 0 <= pixel[1] < grid.cols
     ):
         raise _broken(
-            where, f"{key} must be a [row, column] in {grid.rows} x {grid.cols}, got {repr(pixel)[:80]}"
+            where,
+            f"{key} must be a [row, column] in {grid.rows} x {grid.cols}, got {shown(pixel)}",
         )
     return grid.center_of(grid.rows - 1 - pixel[0], pixel[1])
 
