@@ -150,7 +150,7 @@ def collect(
             cannot be made or driven in.
 
     Example:
-        >>> collect(Path("data/train"), CollectConfig(episodes=1000), workers=8)
+        >>> collect(Path("data/train"), CollectConfig(episodes=1000), workers=8)  # doctest: +SKIP
     """
     check_workers(workers)
     check_out_folder(out)

@@ -36,7 +36,7 @@ class Expert:
 
     Example:
         >>> expert = Expert(scene, topological_map)
-        >>> expert.reset(shortest_plan(topological_map, "office_1", "WC_1"), start)
+        >>> expert.reset(shortest_plan(topological_map, "office_1", "office_2"), pose)
         >>> command = expert.act(pose, velocity)
     """
 

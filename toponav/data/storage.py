@@ -113,7 +113,7 @@ class TrajectoryWriter:
     Example:
         >>> writer = TrajectoryWriter(Path("000000.mcap"), metadata)
         >>> writer.append(depth_m, pose, velocity, command, executed)
-        >>> writer.finish("success")
+        >>> stored = writer.finish("success")
     """
 
     def __init__(self, path: Path, metadata: TrajectoryMetadata) -> None:

@@ -73,8 +73,8 @@ class TrainingSet:
         pose: True x, y (metres) and yaw (radians).
 
     Example:
-        >>> data = TrainingSet.open("data/train/cache-compact")
-        >>> data.frames.shape, data.map_of(0).name
+        >>> data = TrainingSet.open("data/train/cache-compact")  # doctest: +SKIP
+        >>> data.frames.shape, data.map_of(0).name  # doctest: +SKIP
         ((251341, 32, 96), 'office_0000000')
     """
 

@@ -87,8 +87,8 @@ def episode_figure(scene: Scene, map_: TopologicalMap, record: EpisodeRecord) ->
     """Path and belief of one episode side by side; save it with `figure.savefig`.
 
     Example:
-        >>> stored = load_episode(Path("runs/area_3/episodes/gtl/00007.parquet"))
-        >>> episode_figure(scene, map_, stored.record).savefig("episode_7.pdf")
+        >>> stored = load_episode(Path("runs/area_3/episodes/gtl/00007.parquet"))  # doctest: +SKIP
+        >>> episode_figure(scene, map_, stored.record).savefig("7.pdf")  # doctest: +SKIP
     """
     from matplotlib.figure import Figure
 

@@ -62,8 +62,8 @@ class TruthLocalizer:
 
     Example:
         >>> truth = TruthLocalizer(map_from_layout(scene), scene)
-        >>> truth.node_at(Pose2(1.0, 2.0, 0.0))
-        'hallway_1-2r'
+        >>> truth.node_at(pose)
+        'office_1'
     """
 
     def __init__(

@@ -71,7 +71,7 @@ def draw_plan(ax: "Axes", scene: Scene, *, names: bool = True, name_size_pt: flo
     Example:
         >>> import matplotlib.pyplot as plt
         >>> figure, ax = plt.subplots()
-        >>> draw_plan(ax, scene)  # doctest: +SKIP
+        >>> draw_plan(ax, scene)
         >>> plt.close(figure)
     """
     ax.imshow(

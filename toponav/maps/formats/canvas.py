@@ -68,7 +68,7 @@ def load_area_map(area_yaml: str | Path) -> TopologicalMap:
         InputError: If a file is missing or broken; names the file, the element and the remedy.
 
     Example:
-        >>> len(load_area_map("graphnav_areas/area_3.yaml").nodes)  # doctest: +SKIP
+        >>> len(load_area_map("graphnav_areas/area_3.yaml").nodes)
         81
     """
     files = AreaFiles.read(area_yaml)

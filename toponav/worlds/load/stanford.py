@@ -127,8 +127,8 @@ def load_area(yaml_path: str | Path, seed: int = 0) -> Scene:
         InputError: When a file is missing or broken; the message names it.
 
     Example:
-        >>> load_area("graphnav_areas/area_3.yaml").room_at(21.0, -2.0)  # doctest: +SKIP
-        'hallway_4'
+        >>> load_area("graphnav_areas/area_3.yaml").room_at(21.0, -2.0)
+        'hallway_1'
     """
     files = AreaFiles.read(yaml_path)
     plan = read_ros_map(files.yaml)
