@@ -1,5 +1,7 @@
 """GraphNav and GraphNavPF: localize on the map, look up the behaviour, drive."""
 
+import math
+
 import numpy as np
 
 from toponav.core.camera import PinholeCamera
@@ -68,11 +70,10 @@ class GraphNavAgent:
         assert self._task is not None, "reset the agent first"
         last = self._belief
         if not self._driver.observe(observation):
-            self._belief = Belief(
-                last.node, last.edge, last.behavior, {}, self._driver.stopped_because
-            )
-            return Velocity(0.0, 0.0)
+            return self._stop(self._driver.stopped_because)
         probability = self._edge_probability(self._task, last)
+        if not all(map(math.isfinite, probability.values())):
+            return self._stop("the localization network gave probabilities that are not finite")
         node, edge = self._locate(self._task, probability)
         behavior = self._selector.select(node)
         command = self._driver.command(behavior)
@@ -83,6 +84,11 @@ class GraphNavAgent:
     def belief(self) -> Belief:
         """Where it thinks it is, with the probability of each edge it considered."""
         return self._belief
+
+    def _stop(self, because: str) -> Velocity:
+        last = self._belief
+        self._belief = Belief(last.node, last.edge, last.behavior, {}, because)
+        return Velocity(0.0, 0.0)
 
     def _edge_probability(self, task: NavigationTask, last: Belief) -> dict[str, float]:
         assert last.node is not None

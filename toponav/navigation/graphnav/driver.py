@@ -11,7 +11,7 @@ from toponav.core.vocabulary import Behavior
 from toponav.models.checkpoints import load_weights
 from toponav.models.graphnav.behavior import BehaviorNetwork, BehaviorState
 from toponav.models.graphnav.preprocess import DepthResampler, FrameHistory
-from toponav.navigation.graphnav.depth_guard import fault_in_depth
+from toponav.navigation.graphnav.depth_guard import DepthGuard
 
 __all__ = ["BehaviorDriver", "load_driver"]
 
@@ -21,8 +21,9 @@ _STOP = Velocity(0.0, 0.0)
 class BehaviorDriver:
     """Runs one behaviour network at a time and forgets its state when the behaviour changes.
 
-    A depth frame that cannot be trusted (NaN, infinite, all zero, wrong size) is not shown to
-    any network: the robot stops and `stopped_because` says why.
+    A depth frame that cannot be trusted (NaN, infinite, all zero, frozen, wrong size or type)
+    is not shown to any network: the robot stops and `stopped_because` says why. It goes on
+    with the first frame that can be trusted.
 
     Args:
         networks: A trained network for each behaviour; all see the same kind of image.
@@ -39,7 +40,8 @@ class BehaviorDriver:
         self._networks = {behavior: network.eval() for behavior, network in networks.items()}
         config = next(iter(self._networks.values())).config
         needed = max(max(net.config.frame_offsets) for net in self._networks.values()) + 1
-        self._camera = camera
+        self._guard = DepthGuard(camera)
+        self._last_command = _STOP
         self._resample = DepthResampler(camera, config)
         self._frames = FrameHistory(max(needed, history or 0), config.image)
         self._behavior: Behavior | None = None
@@ -50,11 +52,14 @@ class BehaviorDriver:
         """Forget the frames seen so far and the behaviour executed."""
         self._frames.clear()
         self._behavior, self._state = None, None
+        self._guard.reset()
+        self._last_command = _STOP
         self.stopped_because = ""
 
     def observe(self, observation: Observation) -> bool:
         """Take in a frame; False, with `stopped_because` set, when it cannot be trusted."""
-        self.stopped_because = fault_in_depth(observation.depth_m, self._camera)
+        self.stopped_because = self._guard.fault(observation.depth_m, self._last_command)
+        self._last_command = _STOP
         if self.stopped_because:
             return False
         self._frames.push(self._resample(observation.depth_m))
@@ -75,6 +80,7 @@ class BehaviorDriver:
             self.stopped_because = f"the {behavior} network gave a velocity that is not finite"
             self._state = None
             return _STOP
+        self._last_command = velocity
         return velocity
 
     def drive(self, behavior: Behavior, observation: Observation) -> Velocity:

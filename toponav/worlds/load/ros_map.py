@@ -78,9 +78,10 @@ def _refuse_aliases(text: str, path: Path) -> None:
     """A map needs no aliases, and a few lines of them unfold into billions of values."""
     for event in yaml.parse(text, Loader=yaml.SafeLoader):
         if isinstance(event, yaml.AliasEvent):
+            line = f" line {event.start_mark.line + 1}" if event.start_mark else ""
             raise InputError(
                 f"aliases such as *{event.anchor} are not read",
-                where=f"{path} line {event.start_mark.line + 1}",
+                where=f"{path}{line}",
                 remedy="write the value out",
             )
 
