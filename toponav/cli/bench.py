@@ -35,12 +35,14 @@ def bench(
     """
     from rich.console import Console
 
+    from toponav.core.files import check_out_folder
     from toponav.evaluation.agents import check_agent_name
     from toponav.evaluation.benchmarks.closed_loop import measure_closed_loop
     from toponav.evaluation.benchmarks.record import Benchmark, run_alone, write_benchmark
     from toponav.evaluation.benchmarks.render import measure_render
 
     check_agent_name(agent)
+    check_out_folder(out)
     measures: dict[str, Callable[[], Benchmark]] = {
         "render": lambda: run_alone(measure_render),
         "closed_loop": lambda: run_alone(measure_closed_loop, agent),

@@ -89,7 +89,8 @@ def print_statistics(statistics: Mapping[str, Any], dataset: Path) -> None:
     if not statistics["complete"]:
         console.print(
             f"{dataset}: unfinished, {statistics['episodes']} trajectories were asked for; "
-            "run the same `toponav collect` again"
+            "run the same `toponav collect` again",
+            markup=False,
         )
         return
     outcomes = ", ".join(f"{count} {name}" for name, count in statistics["outcomes"].items())
@@ -99,6 +100,7 @@ def print_statistics(statistics: Mapping[str, Any], dataset: Path) -> None:
         f"{statistics['distance_m'] / 1000:.2f} km, {statistics['bytes'] / 1e6:.1f} MB, "
         f"{len(statistics['buildings'])} buildings",
         highlight=False,
+        markup=False,
     )
     labels = statistics.get("labels")
     if not labels:

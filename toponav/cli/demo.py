@@ -46,12 +46,16 @@ def demo(
     """
     from rich.console import Console
 
+    from toponav.core.files import check_out_folder
+    from toponav.evaluation.agents import check_weights
     from toponav.evaluation.demo import DemoConfig, run_demo
     from toponav.evaluation.metrics import suite_results
 
     began_s = time.perf_counter()
     agents = tuple(dict.fromkeys((agent, "gtl", "expert")))
     config = DemoConfig(out, building, plans, agents, weights, seed)
+    check_out_folder(out)
+    check_weights(weights, agents)
     errors = Console(stderr=True)
     with _progress_bar(errors) as bar:
         line = bar.add_task("starting", total=1)

@@ -121,7 +121,7 @@ def _print_summary(evaluation: Any) -> None:
         console.print(f"[yellow]the episodes come from several source versions: {commits}[/]")
     _print_left_out(console, evaluation.suite.left_out)
     console.print(summary_table(evaluation.results, title=evaluation.suite.name))
-    console.print(f"results in {evaluation.out}", highlight=False, soft_wrap=True)
+    console.print(f"results in {evaluation.out}", highlight=False, soft_wrap=True, markup=False)
 
 
 def _print_left_out(console: Any, left_out: Sequence[Any]) -> None:
@@ -132,4 +132,5 @@ def _print_left_out(console: Any, left_out: Sequence[Any]) -> None:
         console.print(
             f"  {pair.index:3d}  {pair.start_room} -> {pair.end_room}: {pair.reason}",
             highlight=False,
+            markup=False,
         )

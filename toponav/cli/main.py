@@ -76,7 +76,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _failed(error: InputError) -> int:
     """Prints the error on one line; what files say cannot steer the terminal."""
-    shown = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in str(error))
+    shown = "".join(
+        letter if letter.isprintable() else ascii(letter)[1:-1] for letter in str(error)
+    )
     print(f"toponav: {shown}", file=sys.stderr)
     return _FAILED
 

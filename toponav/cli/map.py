@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from toponav.core.errors import InputError
+from toponav.core.files import check_out_file
 
 if TYPE_CHECKING:
     from toponav.maps.plan import Plan
@@ -129,6 +130,7 @@ def show(
             where="--out",
             remedy="name a file such as map.png",
         )
+    check_out_file(out)
     if (start is None) != (goal is None):
         raise InputError(
             "a plan has a start and a goal, got one of them",
@@ -174,12 +176,13 @@ def plan(
         print(json.dumps(document, indent=1))
         return 0
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table("", "node", "then", "metres", box=None, pad_edge=False)
     for number, (node, edge) in enumerate(zip(walk.nodes, edges, strict=False), start=1):
-        table.add_row(str(number), node, edge.behavior.value, f"{edge.length_m:.1f}")
-    table.add_row(str(len(walk.nodes)), walk.nodes[-1], "goal", "")
+        table.add_row(str(number), escape(node), edge.behavior.value, f"{edge.length_m:.1f}")
+    table.add_row(str(len(walk.nodes)), escape(walk.nodes[-1]), "goal", "")
     console = Console()
     console.print(table)
     console.print(
@@ -234,6 +237,7 @@ def _require_map_name(path: Path) -> None:
             where=str(path),
             remedy=f"name it {path.stem or 'map'}.topo.json",
         )
+    check_out_file(path, flag="map")
 
 
 def _load(path: Path) -> "TopologicalMap":
@@ -308,7 +312,7 @@ def _print_faults(path: Path, faults: "Sequence[Fault]") -> None:
     found = ", ".join(
         f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in sorted(counts.items())
     )
-    console.print(f"{path}: {found or 'no faults'}", highlight=False)
+    console.print(f"{path}: {found or 'no faults'}", highlight=False, markup=False)
 
 
 def _report(made: "TopologicalMap", out: Path, as_json: bool) -> int:
@@ -341,6 +345,7 @@ def _draw(
 ) -> None:
     from matplotlib.figure import Figure
 
+    from toponav.cli._figures import save_figure
     from toponav.maps.draw import draw_floor, draw_map
     from toponav.worlds.draw import draw_plan
     from toponav.worlds.load.ros_map import read_ros_map
@@ -355,12 +360,4 @@ def _draw(
         draw_floor(axes, ros_map.occupied, ros_map.grid.origin_m, ros_map.grid.resolution_m)
     draw_map(axes, shown, walk)
     axes.set_title(shown.name)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(out, dpi=150)
-    except OSError as error:
-        raise InputError(
-            f"cannot be written ({error.strerror})",
-            where=str(out),
-            remedy="choose another file with --out",
-        ) from None
+    save_figure(figure, out, dpi=150)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from toponav.core.errors import InputError
+from toponav.core.files import check_out_file, check_out_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,6 +64,7 @@ def generate_office(
 
     if seed < 0:
         raise InputError(f"seed must not be negative, got {seed}", where="--seed", remedy="use 0")
+    check_out_folder(out)
     scene = generate(seed, size=None if size == "any" else size)
     save_scene(scene, out)
     return _report(scene, out, as_json)
@@ -116,6 +118,7 @@ def import_scene(
         )
     if seed < 0:
         raise InputError(f"seed must not be negative, got {seed}", where="--seed", remedy="use 0")
+    check_out_folder(out)
     scene = load_area(path, seed=seed)
     save_scene(scene, out)
     return _report(scene, out, as_json)
@@ -139,6 +142,7 @@ def show_scene(
     """
     import matplotlib
 
+    from toponav.cli._figures import save_figure
     from toponav.worlds.load.stanford import load_area
     from toponav.worlds.storage import load_scene
 
@@ -151,18 +155,11 @@ def show_scene(
             where="--out",
             remedy="name a file such as plan.png",
         )
+    check_out_file(target)
     building = load_area(scene) if scene.suffix in (".yaml", ".yml") else load_scene(scene)
     with matplotlib.rc_context({"svg.fonttype": "none"}):
         figure = _figure(building, views)
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(target, dpi=150, bbox_inches="tight")
-        except OSError as error:
-            raise InputError(
-                f"cannot be written ({error.strerror})",
-                where=str(target),
-                remedy="choose another file with --out",
-            ) from None
+        save_figure(figure, target, dpi=150, bbox_inches="tight")
     return _report(building, target, as_json)
 
 

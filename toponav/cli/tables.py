@@ -40,9 +40,11 @@ def tables(
     from rich.console import Console
 
     from toponav.core.errors import InputError
+    from toponav.core.files import check_out_folder, write_atomically
     from toponav.evaluation import tables as layouts
-    from toponav.evaluation.records import write_atomically
 
+    if out is not None:
+        check_out_folder(out)
     if not folders:
         raise InputError(
             "at least one folder of results is needed",

@@ -2,7 +2,7 @@
 
 import dataclasses
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -27,6 +27,7 @@ __all__ = [
     "ExpertAgent",
     "GroundTruthLocationAgent",
     "check_agent_name",
+    "check_weights",
     "make_agent",
 ]
 
@@ -249,6 +250,18 @@ def check_agent_name(name: str) -> None:
         )
 
 
+def check_weights(weights: str | None, names: Iterable[str]) -> None:
+    """Nothing, if the learned ones of these agents find their networks whole.
+
+    Raises:
+        InputError: If there are no such weights, or a file of them is broken.
+    """
+    if any(name in AGENTS and AGENTS[name].is_learned for name in names):
+        from toponav.models.checkpoints import load_weights
+
+        load_weights(weights or "compact")
+
+
 def make_agent(name: str, context: AgentContext) -> Agent[NavigationTask]:
     """The agent of that name.
 
@@ -270,7 +283,7 @@ def _imported_factory(name: str) -> Callable[[AgentContext], Agent[NavigationTas
     module_name, _, attribute = name.partition(":")
     try:
         factory: Any = getattr(importlib.import_module(module_name), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
         raise InputError(
             f"'{name}' cannot be imported: {error}",
             where="--agent",

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from toponav.core.errors import InputError
+from toponav.core.files import check_out_folder
+from toponav.data.parallel import check_workers
 from toponav.evaluation.agents import check_agent_name
 from toponav.evaluation.metrics import suite_results
 from toponav.evaluation.provenance import (
@@ -66,12 +68,8 @@ class EvaluationConfig:
             )
         for agent in self.agents:
             check_agent_name(agent)
-        if self.workers < 1:
-            raise InputError(
-                f"workers must be at least 1, got {self.workers}",
-                where="--workers",
-                remedy="give the number of processes, such as the number of CPU cores",
-            )
+        check_workers(self.workers)
+        check_out_folder(self.out)
 
 
 @dataclass(frozen=True, eq=False)

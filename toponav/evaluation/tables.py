@@ -15,6 +15,7 @@ from rich import box
 from rich.table import Table
 
 from toponav.core.errors import InputError
+from toponav.core.files import read_json_object
 from toponav.evaluation.agents import AGENTS
 
 __all__ = [
@@ -83,19 +84,16 @@ def load_results(folder: Path) -> StoredResults:
         InputError: If the evaluation is not finished, or the files are not its.
     """
     path = folder / "results.json"
+    results, run = read_json_object(path), read_json_object(folder / "run.json")
     try:
-        results = json.loads(path.read_text("utf-8"))
-        run = json.loads((folder / "run.json").read_text("utf-8"))
         if results["suite"] != "graphnav" or not isinstance(results["agents"], dict):
             raise KeyError("suite")
-        return StoredResults(str(run["name"]), results, folder)
-    except OSError as error:
-        raise InputError(
-            f"cannot be read: {error.strerror or error}",
-            where=str(error.filename or path),
-            remedy="name a folder of a finished `toponav eval graphnav`, or run that again",
-        ) from None
-    except (ValueError, KeyError, TypeError):
+        found = StoredResults(str(run["name"]), results, folder)
+        # Laid out once, so that what it lacks is said with the name of the file.
+        success_table([found])
+        prediction_table([found])
+        return found
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError):
         raise InputError(
             "is not the result of an evaluation on the GraphNav suite",
             where=str(path),
