@@ -1,11 +1,13 @@
 """`toponav train`: networks from a recorded dataset."""
 
-import json
+import json as json_module
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
 
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import Behavior
@@ -25,6 +27,7 @@ def register() -> dict[tuple[str, ...], Callable[..., int]]:
         ("train", "behaviors"): behaviors,
         ("train", "localization"): localization,
         ("train", "all"): everything,
+        ("train", "release"): release,
     }
 
 
@@ -33,7 +36,7 @@ def behaviors(
     data: tuple[Path, ...],
     out: Path,
     preset: PresetName = "compact",
-    behavior: tuple[Behavior, ...] = (),
+    behavior: Annotated[tuple[Behavior, ...], tyro.conf.EnumChoicesFromValues] = (),
     epochs: int | None = None,
     batch_size: int | None = None,
     learning_rate: float | None = None,
@@ -137,6 +140,26 @@ def localization(
     return _print([result], out, json)
 
 
+def release(run: Path, /, *, out: Path, json: bool = False) -> int:
+    """Store the networks of a run in half precision, as they ship.
+
+    Example: toponav train release runs/weights --out runs/released
+
+    Args:
+        run: Folder that `toponav train` wrote.
+        out: Folder of the released weights; `--weights` takes it.
+        json: Print sizes as JSON.
+    """
+    from toponav.training.release import release_weights
+
+    released = release_weights(run, out)
+    if json:
+        print(json_module.dumps(released))
+    else:
+        print(f"{released['bytes'] / 1e6:.1f} MB in {out}")
+    return 0
+
+
 def everything(
     *,
     data: tuple[Path, ...],
@@ -238,7 +261,7 @@ def _print(results: "Sequence[TrainingResult]", out: Path, as_json: bool) -> int
 
     if as_json:
         records = [asdict(result) | {"checkpoint": str(result.checkpoint)} for result in results]
-        print(json.dumps(records, indent=1))
+        print(json_module.dumps(records, indent=1))
         return 0
     table = Table("network", "epochs", "best", "validation", "minutes", "format")
     for result in results:

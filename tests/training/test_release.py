@@ -1,0 +1,38 @@
+import pytest
+import torch
+
+from toponav.core.errors import InputError
+from toponav.core.vocabulary import Behavior
+from toponav.models.checkpoints import load_weights, save_checkpoint
+from toponav.models.graphnav.behavior import BehaviorNetwork
+from toponav.models.graphnav.localization import LocalizationNetwork
+from toponav.models.graphnav.presets import get_preset
+from toponav.training.release import release_weights
+
+
+def save_run(path) -> None:
+    preset = get_preset("compact")
+    for behavior in Behavior:
+        network = BehaviorNetwork(preset.behavior(behavior))
+        save_checkpoint(network, path / f"behavior_{behavior}", {"seed": 3})
+    save_checkpoint(LocalizationNetwork(preset.localization), path / "localization", {"seed": 3})
+
+
+def test_released_weights_are_half_as_large_and_load_the_same(tmp_path) -> None:
+    save_run(tmp_path / "run")
+    released = release_weights(tmp_path / "run", tmp_path / "out")
+    whole = sum(path.stat().st_size for path in (tmp_path / "run").iterdir())
+    assert released["bytes"] < 0.55 * whole
+    assert released["bytes"] < 15e6
+    before, after = load_weights(tmp_path / "run"), load_weights(tmp_path / "out")
+    for mine, theirs in zip(
+        before.localization.parameters(), after.localization.parameters(), strict=True
+    ):
+        torch.testing.assert_close(mine, theirs, atol=1e-3, rtol=1e-3)
+
+
+def test_a_run_without_localization_is_refused(tmp_path) -> None:
+    save_run(tmp_path / "run")
+    (tmp_path / "run" / "localization.safetensors").unlink()
+    with pytest.raises(InputError, match="localization"):
+        release_weights(tmp_path / "run", tmp_path / "out")
