@@ -30,5 +30,5 @@ workers=${WORKERS:-2}
 "$toponav" train all --data "$out/cache" "$out/dagger-cache" --preset compact \
     --out "$out/compact" --threads "$workers" --seed 0
 
-# 5. What ships is the networks and their JSON.
-ls -l "$out/compact"/*.safetensors "$out/compact"/*.json
+# 5. What ships: the six networks in half precision.
+"$toponav" train release "$out/compact" --out "$out/released"
