@@ -223,7 +223,7 @@ def test_broken_pair_is_named(change, message, tmp_path):
     with pytest.raises(InputError, match=message):
         load_pairs(path)
     path.write_text('[{"start_room": ')
-    with pytest.raises(InputError, match="not JSON: .* line 1"):
+    with pytest.raises(InputError, match=r"not JSON: .* line 1"):
         load_pairs(path)
 
 
