@@ -265,7 +265,7 @@ def file_beside(path: Path, name: Any, what: str) -> Path:
     Raises:
         InputError: If it is no such path; absolute ones and `..` lead out of the folder.
     """
-    if not isinstance(name, str) or not name or not name.isprintable():
+    if not isinstance(name, str) or not 0 < len(name) <= 1000 or not name.isprintable():
         raise InputError(
             f"{what} must name a file, got {shown(name)}",
             where=str(path),

@@ -16,7 +16,8 @@ from toponav.worlds.grid import GridFrame
 
 __all__ = ["RosMap", "read_ros_map", "read_yaml_mapping"]
 
-_MAX_YAML_BYTES = 256_000
+_MAX_YAML_BYTES = 64_000
+_MAX_YAML_DEPTH = 20
 _MAX_PIXELS = 64_000_000
 _LARGEST = 1e12
 _FORMATS = ("PNG", "PPM", "BMP", "JPEG", "GIF")
@@ -48,7 +49,7 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
     """
     try:
         text = read_bytes(path, max_bytes=_MAX_YAML_BYTES).decode("utf-8")
-        _refuse_aliases(text, path)
+        _refuse_unfolding(text, path)
         loaded = yaml.safe_load(text)
     except InputError:
         raise
@@ -60,7 +61,7 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
             where=f"{path}{line}",
             remedy="repair the line or copy the file again",
         ) from None
-    except (yaml.YAMLError, ValueError, RecursionError, TypeError, AttributeError):
+    except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError):
         # PyYAML's own constructors trip over values such as the date 2001-99-99.
         raise InputError(
             "is not yaml text", where=str(path), remedy="give the yaml file of the map"
@@ -74,15 +75,19 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
     return {str(key): value for key, value in loaded.items()}
 
 
-def _refuse_aliases(text: str, path: Path) -> None:
-    """A map needs no aliases, and a few lines of them unfold into billions of values."""
+def _refuse_unfolding(text: str, path: Path) -> None:
+    """A map needs neither aliases, which unfold into billions of values, nor deep nesting."""
+    depth = 0
     for event in yaml.parse(text, Loader=yaml.SafeLoader):
-        if isinstance(event, yaml.AliasEvent):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        what = f"aliases such as *{event.anchor}" if isinstance(event, yaml.AliasEvent) else ""
+        if depth > _MAX_YAML_DEPTH:
+            what = f"more than {_MAX_YAML_DEPTH} levels of lists and mappings"
+        if what:
             line = f" line {event.start_mark.line + 1}" if event.start_mark else ""
             raise InputError(
-                f"aliases such as *{event.anchor} are not read",
-                where=f"{path}{line}",
-                remedy="write the value out",
+                f"{what} are not read", where=f"{path}{line}", remedy="write the values out"
             )
 
 

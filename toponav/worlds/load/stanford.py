@@ -4,21 +4,18 @@ The scanned meshes are not part of them. The plan is extruded instead: walls to 
 loose pieces to the height of the furniture that they probably are.
 """
 
-import io
-import struct
-import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Int16
-from scipy.io import loadmat
 
 from toponav.core.errors import InputError, did_you_mean, shown
 from toponav.core.files import file_beside, read_bytes, read_json
 from toponav.core.geometry import Pose2, wrap_angle
 from toponav.core.vocabulary import RoomKind
+from toponav.worlds.load.matlab import MatlabStruct, read_matlab_variable
 from toponav.worlds.load.obstacle_heights import raise_obstacles
 from toponav.worlds.load.ros_map import read_ros_map, read_yaml_mapping
 from toponav.worlds.rooms import outline_m
@@ -28,8 +25,6 @@ __all__ = ["AreaFiles", "StartGoalPair", "load_area", "load_pairs"]
 
 _VERSION = "1"
 _MAX_MAT_BYTES = 64_000_000
-_MAX_MAT_UNPACKED_BYTES = 512_000_000
-_MAT_COMPRESSED = 15
 _MOST_RAD = 1e6
 _LARGEST_SIZE = 1000.0
 _KINDS = {
@@ -139,17 +134,21 @@ def load_area(yaml_path: str | Path, seed: int = 0) -> Scene:
     if files.mat is not None:
         rooms, room_index = _read_rooms(files.mat, plan.grid)
     obstacles = raise_obstacles(plan.occupied, room_index, plan.grid.resolution_m, ceiling_m, rng)
-    return Scene(
-        name=files.name,
-        grid=plan.grid,
-        heights_m=obstacles.heights_m,
-        ceiling_m=ceiling_m,
-        room_index=room_index,
-        rooms=rooms,
-        doors=(),
-        semantics=obstacles.semantics,
-        provenance=Provenance("stanford", _VERSION, seed, files.yaml.name),
-    )
+    try:
+        return Scene(
+            name=files.name,
+            grid=plan.grid,
+            heights_m=obstacles.heights_m,
+            ceiling_m=ceiling_m,
+            room_index=room_index,
+            rooms=rooms,
+            doors=(),
+            semantics=obstacles.semantics,
+            provenance=Provenance("stanford", _VERSION, seed, files.yaml.name),
+        )
+    except InputError as error:
+        where = str(files.mat or files.yaml)
+        raise InputError(error.rule, where=where, remedy=error.remedy) from None
 
 
 def load_pairs(plans_json: str | Path, area_yaml: str | Path | None = None) -> list[StartGoalPair]:
@@ -209,8 +208,7 @@ def _read_rooms(
     path: Path, grid: GridFrame
 ) -> tuple[tuple[Room, ...], Int16[np.ndarray, "rows cols"]]:
     """Rooms and the room of each cell from the authors' MATLAB file."""
-    data = _read_mat(path)
-    labels = np.asarray(data.semantic_map)
+    labels, listed = _read_mat(path)
     if labels.shape != grid.shape or labels.dtype.kind not in "iuf":
         raise _broken(
             f"{path} semantic_map",
@@ -219,11 +217,12 @@ def _read_rooms(
     rooms: list[Room] = []
     room_index = np.full(grid.shape, -1, np.int16)
     known = np.asarray(labels == 0)
-    for entry in np.atleast_1d(data.rooms).tolist():
-        name, number = getattr(entry, "name", None), getattr(entry, "id", None)
-        if not isinstance(name, str) or not isinstance(number, int) or number <= 0:
+    for name, value in zip(listed.values("name"), listed.values("id"), strict=True):
+        number = _room_number(value)
+        if not isinstance(name, str) or not name.isprintable() or number is None:
             raise _broken(
-                f"{path} rooms", f"a room has a name and an id, got {name!r}, {number!r}"
+                f"{path} rooms",
+                f"a room has a name and an id, got {shown(name)}, {shown(value)}",
             )
         here = labels == number
         room_index[here[::-1]] = len(rooms)
@@ -238,42 +237,36 @@ def _read_rooms(
     return tuple(rooms), room_index
 
 
-def _read_mat(path: Path) -> Any:
-    """The struct `area_data` of a MATLAB file."""
+def _read_mat(path: Path) -> tuple[np.ndarray, MatlabStruct]:
+    """The map of labels and the rooms in the struct `area_data` of a MATLAB file."""
     content = read_bytes(path, max_bytes=_MAX_MAT_BYTES)
     try:
-        _check_unpacked_size(content)
-        # Objects are never unpickled: MATLAB files hold numbers, text and structs.
-        data = loadmat(
-            io.BytesIO(content),
-            struct_as_record=False,
-            squeeze_me=True,
-            variable_names=["area_data"],
-        ).get("area_data")
-    except Exception as error:  # The parser fails in many ways on bytes that are no .mat.
-        raise _broken(path, f"is not a MATLAB 5 file ({str(error)[:200]})") from None
-    missing = [name for name in ("semantic_map", "rooms") if not hasattr(data, name)]
+        data = read_matlab_variable(content, "area_data")
+    except ValueError as error:
+        raise _broken(path, f"is not a whole MATLAB 5 file ({error})") from None
+    if not isinstance(data, MatlabStruct) or data.count != 1:
+        raise _broken(path, "must hold area_data with semantic_map and rooms")
+    (labels,), (rooms,) = data.values("semantic_map"), data.values("rooms")
+    missing = [
+        name for name, value in (("semantic_map", labels), ("rooms", rooms)) if value is None
+    ]
     if missing:
         raise _broken(path, f"must hold area_data with {' and '.join(missing)}")
-    return data
+    if not isinstance(labels, np.ndarray):
+        raise _broken(f"{path} semantic_map", f"must be numbers, got {type(labels).__name__}")
+    if isinstance(rooms, np.ndarray) and not rooms.size:
+        rooms = MatlabStruct(0, {})
+    if not isinstance(rooms, MatlabStruct):
+        raise _broken(f"{path} rooms", "a room has a name and an id, got numbers or text")
+    return labels, rooms
 
 
-def _check_unpacked_size(content: bytes) -> None:
-    """Raises ValueError if the file is no MATLAB 5 file, or unpacks to more than is sensible."""
-    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
-    if order is None:
-        raise ValueError("it lacks the header of one")
-    at, unpacked = 128, 0
-    while at + 8 <= len(content):
-        kind, size = struct.unpack_from(f"{order}2I", content, at)
-        if kind == _MAT_COMPRESSED:
-            unzip, rest = zlib.decompressobj(), content[at + 8 : at + 8 + size]
-            while rest and not unzip.eof:
-                unpacked += len(unzip.decompress(rest, _MAX_MAT_UNPACKED_BYTES // 8))
-                rest = unzip.unconsumed_tail
-                if unpacked > _MAX_MAT_UNPACKED_BYTES:
-                    raise ValueError(f"it unpacks to more than {_MAX_MAT_UNPACKED_BYTES:,} bytes")
-        at += 8 + size
+def _room_number(value: Any) -> int | None:
+    """The id of a room: the whole number in a matrix of one element."""
+    if not isinstance(value, np.ndarray) or value.size != 1:
+        return None
+    number = float(value.item())
+    return int(number) if number.is_integer() and 0 < number < 2**31 else None
 
 
 def _kind(name: str, path: Path) -> RoomKind:
