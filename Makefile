@@ -11,7 +11,7 @@ help:
 	@echo "make test    the test suite (all but gpu, ros and browser)"
 	@echo "make check   format, lint, types, imports, spelling"
 	@echo "make bench   frame rates and closed-loop speed, stored under benchmarks/results/"
-	@echo "make train-compact   data set, training and evaluation of the shipped weights (hours)"
+	@echo "make train-compact   data set, training and evaluation of the shipped weights (about an hour)"
 
 $(VENV)/.created:
 	$(PYTHON) -m venv $(VENV)

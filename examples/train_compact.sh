@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# From nothing to the weights that ship in toponav/weights/compact: data, training, a DAgger
-# round, training on both. Hours on two cores. Each step resumes where it was interrupted.
+# From nothing to the weights that ship in toponav/weights/compact: data and training, about an
+# hour on two quiet cores. Each step resumes where it was interrupted.
 #
 #   bash examples/train_compact.sh [FOLDER]      (make train-compact)
 set -euo pipefail
@@ -16,19 +16,17 @@ workers=${WORKERS:-2}
 "$toponav" data verify "$out/drives" --workers "$workers"
 "$toponav" data prepare "$out/drives" --preset compact --out "$out/cache" --workers "$workers"
 
-# 2. The five behaviour networks and the graph localization network.
-"$toponav" train all --data "$out/cache" --preset compact --out "$out/first" \
-    --threads "$workers" --seed 0
+# 2. The five behaviour networks and the graph localization network, one core each.
+"$toponav" train behaviors --data "$out/cache" --preset compact --out "$out/run" \
+    --max-minutes 18 --threads 1 --seed 0 &
+"$toponav" train localization --data "$out/cache" --preset compact --out "$out/run" \
+    --max-minutes 20 --threads 1 --seed 0
+wait
 
-# 3. DAgger: the learner drives other offices, the expert says what it would have done.
-"$toponav" collect dagger --out "$out/dagger" --weights "$out/first" --episodes 600 \
-    --workers "$workers" --seed 2 --buildings offices-train
-"$toponav" data prepare "$out/dagger" --preset compact --out "$out/dagger-cache" \
-    --workers "$workers"
+# 3. What ships: half precision. `--weights` takes the folder.
+"$toponav" train release "$out/run" --out "$out/compact"
 
-# 4. Again, on both.
-"$toponav" train all --data "$out/cache" "$out/dagger-cache" --preset compact \
-    --out "$out/compact" --threads "$workers" --seed 0
-
-# 5. What ships: the six networks in half precision.
-"$toponav" train release "$out/compact" --out "$out/released"
+# To go on with a DAgger round, in which the learner drives and the expert labels:
+#   toponav collect dagger --out DIR --weights RUN --agent graphnav --episodes 600 --seed 2
+#   toponav data prepare DIR --out CACHE2
+#   toponav train all --data CACHE CACHE2 --out RUN2
