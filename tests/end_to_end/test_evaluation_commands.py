@@ -40,7 +40,7 @@ def test_an_evaluation_ends_in_tables(
     ("words", "message"),
     [
         (["--agent", "graphnva"], "did you mean 'graphnav'"),
-        (["--agent", "expert", "--workers", "0"], "--workers: workers must be at least 1"),
+        (["--agent", "expert", "--workers", "0"], "--workers: workers must be 1 to"),
         (["--agent", "expert", "--episodes", "0"], "--episodes"),
         (["--agent", "expert", "--area", "a.yaml"], "needs an area with pairs, or a scene"),
     ],
