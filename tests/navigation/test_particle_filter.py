@@ -47,11 +47,18 @@ def test_same_seed_gives_the_same_belief() -> None:
     assert first.node_probability() == second.node_probability()
 
 
-def test_a_dead_end_keeps_its_particles() -> None:
-    belief = filter_on(chain(2))
-    for _ in range(50):
-        belief.update({})
-    assert belief.node_probability()["n1"] > 0.9
+def test_a_belief_that_ran_ahead_finds_its_way_back() -> None:
+    belief = filter_on(chain(4))
+    for _ in range(10):
+        belief.update({"e1": 1.0})
+    nodes = [belief.update({"e0": 0.9, "e1": 0.1}) for _ in range(10)]
+    assert nodes[-1] == "n0"
+
+
+def test_a_node_without_edges_keeps_its_particles() -> None:
+    belief = filter_on(chain(1))
+    belief.update({})
+    assert belief.node_probability() == {"n0": 1.0}
 
 
 def test_probability_outside_zero_and_one_is_refused() -> None:

@@ -36,8 +36,8 @@ class NodeParticleFilter:
 
     Each step moves the particles by the motion model, weighs them with the localization
     network's outgoing edge probabilities summed per node, and resamples systematically.
-    The neighbours of a node are the targets of its outgoing edges: a robot following a
-    behaviour moves along edges, not against them.
+    The neighbours of a node are those that an edge joins it to, in either direction: a robot
+    only moves along edges, but a belief that ran ahead has to find its way back.
 
     Args:
         map_: The topological map.
@@ -112,12 +112,15 @@ def _moves(
 ) -> tuple[Int[np.ndarray, " moves"], Int[np.ndarray, " nodes"], Int[np.ndarray, " nodes"]]:
     """Neighbours of each node in one flat array, where they start and how many there are.
 
-    A node without outgoing edges is its own only neighbour.
+    A node without edges is its own only neighbour.
     """
     targets: list[int] = []
     starts, degrees = [], []
     for node in map_.nodes:
-        reached = sorted({index[edge.target] for edge in map_.out_edges(node.id)})
+        reached = sorted(
+            {index[edge.target] for edge in map_.out_edges(node.id)}
+            | {index[edge.source] for edge in map_.in_edges(node.id)}
+        )
         starts.append(len(targets))
         targets.extend(reached or [index[node.id]])
         degrees.append(max(len(reached), 1))
