@@ -62,11 +62,18 @@ def eval_graphnav(
         no_expert: Leave out the expert, and with it the success on what it passes.
         json: Print results.json instead of a table.
     """
+    from toponav.core.errors import InputError
     from toponav.evaluation.protocol import JudgeRules
     from toponav.evaluation.runner import EvaluationConfig
     from toponav.evaluation.suite import SuiteSource
     from toponav.evaluation.worker import RunSettings
 
+    if not agent:
+        raise InputError(
+            "at least one agent is needed",
+            where="--agent",
+            remedy="name one, such as --agent graphnav_pf",
+        )
     agents = tuple(dict.fromkeys((*agent, *(() if no_expert else ("expert",)))))
     config = EvaluationConfig(
         source=SuiteSource(area, plans, scene, map, episodes, seed),

@@ -321,6 +321,7 @@ def read_table(path: Path, remedy: str, columns: Mapping[str, str] | None = None
             if file.metadata.num_rows > _MAX_ROWS:
                 raise ValueError(f"{file.metadata.num_rows:,} rows")
             table = file.read()
+        table.validate(full=True)
         for name, kind in (columns if columns and table.num_rows else {}).items():
             if name not in table.column_names or not _KINDS[kind](table.schema.field(name).type):
                 raise ValueError(f"a column '{name}' that is missing or not {kind}")

@@ -67,6 +67,7 @@ _TOPICS: Final = {
 _RECORD = "toponav"
 _MAX_BAG_BYTES = 2 << 30
 _MAX_CHUNK_BYTES = 256 << 20
+_LARGEST = 1e6
 _MESSAGE_OPCODE = 5
 _UNREADABLE = (
     McapError,
@@ -316,8 +317,9 @@ def _parse(content: bytes, depth: bool, validate: bool) -> Recording:
         raise ValueError(f"each topic must hold {end.frames} messages, got {counts}")
     odometry = np.array(rows[ODOMETRY_TOPIC], np.float64).reshape(-1, 5)
     commands = np.array(rows[COMMAND_TOPIC] + rows[EXECUTED_TOPIC], np.float64)
-    if not (np.isfinite(odometry).all() and np.isfinite(commands).all()):
-        raise ValueError("poses and commands must be finite, got NaN or infinity")
+    for what, values in (("poses", odometry), ("commands", commands)):
+        if not (np.abs(values) <= _LARGEST).all():  # NaN is not either
+            raise ValueError(f"{what} must be finite numbers below {_LARGEST:g}")
     return Recording(
         metadata=metadata,
         end=end,

@@ -181,6 +181,10 @@ class TrainingSet:
         entry = self._entries[trajectory]
         found = _map(entry.map_path)
         if trajectory not in self._fits_map:
+            for node in entry.plan.nodes:
+                found.node(node)
+            for edge in entry.plan.edges:
+                found.edge(edge)
             here = self.rows_of(trajectory)
             for what, codes, count in (
                 ("edge", self.edge[here], len(found.edges)),
@@ -257,7 +261,7 @@ def _read(directory: Path) -> _Part:
             raise ValueError(f"schema must be {CACHE_SCHEMA}, got {shown(document['schema'])}")
         entries = [_entry(directory, row) for row in document["trajectories"]]
         image = dict(document["image"])
-        frames = np.load(directory / "frames.npy", mmap_mode="r", allow_pickle=False)
+        frames = np.lib.format.open_memmap(directory / "frames.npy", "r")
         shape = (sum(entry.frames for entry in entries), image["rows"], image["cols"])
         if frames.shape != shape or frames.dtype != np.uint8:
             raise ValueError(f"frames must be {shape} bytes, got {frames.dtype}{frames.shape}")

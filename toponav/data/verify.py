@@ -12,8 +12,10 @@ from toponav.core.errors import InputError
 from toponav.data.buildings import make_building, resolve_buildings
 from toponav.data.collect import CollectConfig, collect, finish_dataset
 from toponav.data.dataset import (
+    ANNOTATION_COLUMNS,
     ANNOTATIONS,
     INDEX,
+    INDEX_COLUMNS,
     Manifest,
     building_dir,
     discard_partials,
@@ -138,16 +140,17 @@ def _table_faults(dataset_dir: Path, manifest: Manifest) -> list[Fault]:
         if file == ANNOTATIONS and not path.exists():
             continue
         try:
-            table = read_table(path, f"run `toponav data {remedy}`")
-            if file == INDEX and not {"frames", "trajectory"} <= set(table.column_names):
-                wrong = True
+            columns = INDEX_COLUMNS if file == INDEX else ANNOTATION_COLUMNS
+            table = read_table(path, f"run `toponav data {remedy}`", columns)
+            if file == INDEX and not table.num_rows:
+                wrong = bool(manifest.expected)
             elif file == INDEX:
                 frames = sum(table["frames"].to_pylist())
                 wrong = table["trajectory"].to_pylist() != manifest.expected
             else:
                 wrong = frames is not None and table.num_rows != frames
-        except (InputError, TypeError) as error:
-            faults.append(Fault(file, error.rule if isinstance(error, InputError) else str(error)))
+        except InputError as error:
+            faults.append(Fault(file, error.rule))
             continue
         if wrong:
             faults.append(Fault(file, f"does not fit the trajectories; run `data {remedy}`"))

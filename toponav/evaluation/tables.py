@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 
 from toponav.core.errors import InputError
@@ -89,6 +90,8 @@ def load_results(folder: Path) -> StoredResults:
         if results["suite"] != "graphnav" or not isinstance(results["agents"], dict):
             raise KeyError("suite")
         found = StoredResults(str(run["name"]), results, folder)
+        if not "".join((found.name, *results["agents"])).isprintable():
+            raise ValueError("names must be printable")
         # Laid out once, so that what it lacks is said with the name of the file.
         success_table([found])
         prediction_table([found])
@@ -195,13 +198,13 @@ def summary_table(results: Mapping[str, Any], title: str) -> Table:
 def to_rich(table: PaperTable) -> Table:
     """The table for a terminal."""
     caption = "\n".join(table.notes) or None
-    shown = Table(title=table.title, caption=caption, caption_justify="left")
+    shown = Table(title=escape(table.title), caption=caption, caption_justify="left")
     for position, column in enumerate(table.columns):
         is_name = position < table.name_columns
         shown.add_column(column, justify="left" if is_name else "right", no_wrap=is_name)
     areas = [row[0] if table.name_columns > 1 else "" for row in table.rows]
     for row, area, following in itertools.zip_longest(table.rows, areas, areas[1:]):
-        shown.add_row(*row, end_section=area != following)
+        shown.add_row(*map(escape, row), end_section=area != following)
     return shown
 
 

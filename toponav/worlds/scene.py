@@ -284,3 +284,5 @@ def _check(scene: Scene) -> None:
     ):
         double = sorted(name for name, count in Counter(names).items() if count > 1)[:5]
         require(not double, f"{what} names must be unique, got {double} twice", "rename one")
+        strange = [name for name in (scene.name, *names) if not name.isprintable()]
+        require(not strange, f"names must be printable, got {strange[:1]}", "rename it")
