@@ -68,10 +68,11 @@ def demo(
     if json:
         print(json_module.dumps(results))
         return 0
+    from toponav.cli.tables import whole
     from toponav.evaluation.tables import summary_table
 
     console = Console()
-    console.print(summary_table(results, title=f"{result.report.suite.name}, {plans} plans"))
+    print(whole(summary_table(results, title=f"{result.report.suite.name}, {plans} plans")))
     page = result.page.resolve()
     console.print(f"{time.perf_counter() - began_s:.0f} s in all. Open this page in a browser:")
     console.print(f"  {page.as_uri()}", style="bold", highlight=False, soft_wrap=True)

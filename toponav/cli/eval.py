@@ -118,6 +118,7 @@ def _evaluate_with_progress(config: Any) -> Any:
 def _print_summary(evaluation: Any) -> None:
     from rich.console import Console
 
+    from toponav.cli.tables import whole
     from toponav.evaluation.tables import summary_table
 
     console = Console()
@@ -127,7 +128,7 @@ def _print_summary(evaluation: Any) -> None:
         commits = ", ".join(str(commit)[:12] for commit in evaluation.commits)
         console.print(f"[yellow]the episodes come from several source versions: {commits}[/]")
     _print_left_out(console, evaluation.suite.left_out)
-    console.print(summary_table(evaluation.results, title=evaluation.suite.name))
+    print(whole(summary_table(evaluation.results, title=evaluation.suite.name)))
     console.print(f"results in {evaluation.out}", highlight=False, soft_wrap=True, markup=False)
 
 

@@ -3,11 +3,14 @@
 import json as json_module
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-__all__ = ["register", "tables"]
+if TYPE_CHECKING:
+    from rich.table import Table
+
+__all__ = ["register", "tables", "whole"]
 
 
 def register() -> dict[tuple[str, ...], Callable[..., Any]]:
@@ -37,8 +40,6 @@ def tables(
         out: Folder to write `table_1` and `table_6` to, instead of printing them.
         json: Print the folders' results.json, by folder, instead of tables.
     """
-    from rich.console import Console
-
     from toponav.core.errors import InputError
     from toponav.core.files import check_out_folder, write_atomically
     from toponav.evaluation import tables as layouts
@@ -59,13 +60,7 @@ def tables(
     endings = {"text": "txt", "csv": "csv", "latex": "tex"}
     for name, table in made.items():
         if format == "text":
-            shown = layouts.to_rich(table)
-            # Numbers cut off to fit a narrow terminal would be worth nothing: let it wrap.
-            width = Console(width=1000).measure(shown).maximum
-            console = Console(width=max(width, Console().width))
-            with console.capture() as captured:
-                console.print(shown)
-            text = captured.get()
+            text = whole(layouts.to_rich(table))
         else:
             text = layouts.to_csv(table) if format == "csv" else layouts.to_latex(table)
         if out is None:
@@ -74,3 +69,14 @@ def tables(
             write_atomically(out / f"{name}.{endings[format]}", text)
             print(out / f"{name}.{endings[format]}")
     return 0
+
+
+def whole(table: "Table") -> str:
+    """A table as text: numbers cut off to fit a narrow terminal would be worth nothing."""
+    from rich.console import Console
+
+    width = Console(width=1000).measure(table).maximum
+    console = Console(width=max(width, Console().width))
+    with console.capture() as captured:
+        console.print(table)
+    return captured.get()

@@ -279,5 +279,8 @@ def _print(results: "Sequence[TrainingResult]", out: Path, as_json: bool) -> int
         )
     console = Console()
     console.print(table)
-    console.print(f"weights are in {out}; drive with them: toponav eval graphnav --weights {out}")
+    console.print(
+        f"weights are in {out}; drive with them: toponav eval graphnav --weights {out}",
+        soft_wrap=True,
+    )
     return 0
