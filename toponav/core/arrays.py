@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toponav.core.errors import InputError
+from toponav.core.files import check_is_file
 
 __all__ = ["Shape", "read_npz"]
 
@@ -37,6 +38,7 @@ def read_npz(
         InputError: The file is missing or broken, or an array is of another type or size.
     """
     arrays = {}
+    check_is_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
             for name, (dtype, shape) in wanted.items():

@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import hashlib
 import json
 import math
 import os
@@ -15,9 +16,11 @@ from toponav.core.errors import InputError, shown
 __all__ = [
     "MAX_JSON_BYTES",
     "check_file_name",
+    "check_is_file",
     "check_out_file",
     "check_out_folder",
     "file_beside",
+    "hash_of_file",
     "os_fault",
     "parse_json",
     "read_bytes",
@@ -61,6 +64,26 @@ def os_fault(
     return InputError(f"cannot {verb}: {cause}", where=str(where), remedy=remedy)
 
 
+def check_is_file(path: Path, *, max_bytes: int = 64 << 30) -> None:
+    """Nothing, if this is a regular file of at most so many bytes; a pipe would never end.
+
+    Raises:
+        InputError: If it is missing, too large or no regular file.
+    """
+    try:
+        status = path.stat()
+    except OSError as error:
+        raise os_fault(error, path) from None
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError("not a file", where=str(path), remedy="name a file")
+    if status.st_size > max_bytes:
+        raise InputError(
+            f"at most {max_bytes:,} bytes are read, the file has {status.st_size:,}",
+            where=str(path),
+            remedy="check that this is the right file",
+        )
+
+
 def read_bytes(path: str | Path, *, max_bytes: int) -> bytes:
     """All of a regular file of at most so many bytes.
 
@@ -68,17 +91,24 @@ def read_bytes(path: str | Path, *, max_bytes: int) -> bytes:
         InputError: If it is missing, too large, no regular file, or cannot be read.
     """
     path = Path(path)
+    check_is_file(path, max_bytes=max_bytes)
     try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise InputError("not a file", where=str(path), remedy="name a file")
-        if status.st_size > max_bytes:
-            raise InputError(
-                f"at most {max_bytes:,} bytes are read, the file has {status.st_size:,}",
-                where=str(path),
-                remedy="check that this is the right file",
-            )
         return path.read_bytes()
+    except OSError as error:
+        raise os_fault(error, path) from None
+
+
+def hash_of_file(path: str | Path, *, max_bytes: int = 8 << 30) -> str:
+    """SHA-256 of a regular file's bytes, read piece by piece.
+
+    Raises:
+        InputError: If it is missing, too large, no regular file, or cannot be read.
+    """
+    path = Path(path)
+    check_is_file(path, max_bytes=max_bytes)
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise os_fault(error, path) from None
 

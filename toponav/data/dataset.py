@@ -7,7 +7,6 @@ DIR/trajectories/*.mcap     one ROS 2 bag a trajectory
 DIR/buildings/NAME/         scene and map of each building
 """
 
-import hashlib
 import json
 import platform
 import re
@@ -27,7 +26,9 @@ import toponav
 from toponav.core.errors import InputError, shown
 from toponav.core.files import (
     check_file_name,
+    check_is_file,
     file_beside,
+    hash_of_file,
     os_fault,
     read_json_object,
     write_atomically,
@@ -170,7 +171,7 @@ def read_manifest(dataset_dir: Path) -> Manifest:
         InputError: The folder is not a dataset, or its manifest is broken.
     """
     path = dataset_dir / MANIFEST
-    if not path.is_file():
+    if not path.exists():
         raise InputError(
             f"a dataset is a folder with {MANIFEST}, which is missing",
             where=str(dataset_dir),
@@ -249,8 +250,7 @@ def _commit() -> str:
 
 def file_hash(path: Path) -> str:
     """SHA-256 of a file."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    return hash_of_file(path)
 
 
 def index_row(dataset_dir: Path, index: int) -> dict[str, Any]:
@@ -316,6 +316,10 @@ def read_table(path: Path, remedy: str, columns: Mapping[str, str] | None = None
     Raises:
         InputError: It is missing or broken, or lacks a column.
     """
+    try:
+        check_is_file(path)
+    except InputError as error:
+        raise InputError(error.rule, where=error.where, remedy=remedy) from None
     try:
         with pq.ParquetFile(path) as file:
             if file.metadata.num_rows > _MAX_ROWS:

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import toponav
-from toponav.core.errors import InputError
+from toponav.core.files import hash_of_file
 
 __all__ = [
     "hash_of_code",
@@ -23,6 +23,7 @@ _DECISIVE = (
     *("core", "worlds", "maps", "sim", "models", "navigation", "data"),
     *(f"evaluation/{name}.py" for name in ("agents", "episode", "protocol", "worker")),
 )
+_MOST_BYTES = 2 << 30
 _LIBRARIES = ("torch", "torch-geometric", "numpy", "numba", "mujoco", "embreex", "networkx")
 
 
@@ -73,18 +74,6 @@ def library_versions() -> dict[str, str]:
     return versions
 
 
-def hash_of_file(path: Path) -> str:
-    """SHA-256 of a file's bytes."""
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise InputError(
-            f"cannot be read: {error.strerror or error}",
-            where=str(path),
-            remedy="check the path and its permissions",
-        ) from None
-
-
 def hash_of_weights(weights: str | None) -> str:
     """SHA-256 over the weight files: a folder's, a file's, or those that ship (None, a preset).
 
@@ -93,11 +82,11 @@ def hash_of_weights(weights: str | None) -> str:
     """
     named = Path(weights) if weights is not None else None
     if named is not None and named.is_file():
-        return hash_of_file(named)
+        return hash_of_file(named, max_bytes=_MOST_BYTES)
     folder = named if named is not None and named.is_dir() else _PACKAGE / "weights"
     digest = hashlib.sha256(b"" if folder is named else str(weights).encode())
     for path in sorted(folder.rglob("*")):
         if path.suffix in {".safetensors", ".json"} and path.is_file():
             digest.update(path.relative_to(folder).as_posix().encode())
-            digest.update(bytes.fromhex(hash_of_file(path)))
+            digest.update(bytes.fromhex(hash_of_file(path, max_bytes=_MOST_BYTES)))
     return digest.hexdigest()
