@@ -19,9 +19,10 @@ workers=${WORKERS:-2}
 # 2. The five behaviour networks and the graph localization network, one core each.
 "$toponav" train behaviors --data "$out/cache" --preset compact --out "$out/run" \
     --max-minutes 18 --threads 1 --seed 0 &
+behaviors=$!
 "$toponav" train localization --data "$out/cache" --preset compact --out "$out/run" \
     --max-minutes 20 --threads 1 --seed 0
-wait
+wait "$behaviors"
 
 # 3. What ships: half precision. `--weights` takes the folder.
 "$toponav" train release "$out/run" --out "$out/compact"

@@ -44,7 +44,7 @@ def commands_in(path: Path) -> Iterator[list[str]]:
     else:
         lines = code_lines(path)
     for line in lines:
-        words = re.sub(r"^(\$ |[A-Z_]+=\S+ )+", "", line.strip())
+        words = re.sub(r"^(\$ |[A-Z_]+=\S+ )+", "", line.strip().removesuffix("&"))
         if words.startswith("toponav "):
             without_expansions = re.sub(r"\$\{\w+:\+([^}]*)\}", r"\1", words)
             with_values = re.sub(r"\$\{?\w+\}?", "2", without_expansions)
