@@ -4,14 +4,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: help demo test test-all check lint types imports spelling format bench train-compact clean
+.PHONY: help demo test check lint types imports spelling format bench train-compact clean
 
 help:
 	@echo "make demo    drive an unseen office by topological map and write a report to look at"
 	@echo "make test    the test suite (all but gpu, ros and browser)"
 	@echo "make check   format, lint, types, imports, spelling"
 	@echo "make bench   frame rates and closed-loop speed, stored under benchmarks/results/"
-	@echo "make train-compact   data set, training and evaluation of the shipped weights (about an hour)"
+	@echo "make train-compact   data set and training of the shipped weights (about an hour)"
 
 $(VENV)/.created:
 	$(PYTHON) -m venv $(VENV)
