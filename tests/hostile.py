@@ -16,11 +16,13 @@ from toponav.cli.main import main
 __all__ = [
     "SPOILERS",
     "Answer",
+    "Damage",
     "Spoil",
     "answer_of",
     "assert_one_clear_error",
     "cut",
     "damaged",
+    "damages",
     "huge",
 ]
 
@@ -60,23 +62,34 @@ def assert_one_clear_error(answer: Answer, *, names: object = "", says: str = ""
     assert answer.changed == ()
 
 
-@st.composite
-def damaged(draw: st.DrawFn, content: bytes) -> bytes:
-    """The bytes with some of them changed, cut off, doubled or put in."""
+Damage = tuple[str, float, int, bytes]
+
+
+def damages() -> st.SearchStrategy[list[Damage]]:
+    """What to do to a file: where (0..1) to flip a byte, cut, repeat, insert, or write zeros."""
+    kinds = st.sampled_from(["flip", "flip", "flip", "cut", "repeat", "insert", "zero", "replace"])
+    where = st.floats(0.0, 1.0, allow_nan=False)
+    one = st.tuples(kinds, where, st.integers(1, 255), st.binary(min_size=1, max_size=64))
+    return st.lists(one, min_size=1, max_size=3)
+
+
+def damaged(content: bytes, what: list[Damage]) -> bytes:
+    """The bytes after it was done to them."""
     data = bytearray(content)
-    for _ in range(draw(st.integers(1, 3))):
-        at = draw(st.integers(0, max(len(data) - 1, 0)))
-        match draw(st.sampled_from(["flip", "flip", "flip", "cut", "repeat", "insert", "zero"])):
-            case "flip" if data:
-                data[at] ^= draw(st.integers(1, 255))
-            case "cut":
-                del data[at:]
-            case "repeat":
-                data[at:at] = data[at : at + draw(st.integers(1, 64))]
-            case "insert":
-                data[at:at] = draw(st.binary(min_size=1, max_size=8))
-            case _:
-                data[at : at + 8] = bytes(min(8, len(data) - at))
+    for kind, where, value, text in what:
+        at = min(int(where * len(data)), max(len(data) - 1, 0))
+        if kind == "flip" and data:
+            data[at] ^= value
+        elif kind == "cut":
+            del data[at:]
+        elif kind == "repeat":
+            data[at:at] = data[at : at + value]
+        elif kind == "insert":
+            data[at:at] = text
+        elif kind == "replace":
+            data[:] = text
+        else:
+            data[at : at + 8] = bytes(min(8, len(data) - at))
     return bytes(data)
 
 

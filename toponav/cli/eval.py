@@ -110,7 +110,7 @@ def _evaluate_with_progress(config: Any) -> Any:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task("episodes", total=None)
         return evaluate(config, lambda done, total: bar.update(line, completed=done, total=total))
 

@@ -267,9 +267,9 @@ def _read(directory: Path) -> _Part:
             raise ValueError(f"frames must be {shape} bytes, got {frames.dtype}{frames.shape}")
         columns = _read_columns(directory / "columns.npz", entries)
         return _Part(frames, columns, entries, image)
-    except InputError:
-        raise
     except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError) as error:
+        if isinstance(error, InputError) and error.where.startswith(str(directory)):
+            raise
         raise InputError(
             f"the training cache is broken: {str(error)[:200]}",
             where=str(directory),

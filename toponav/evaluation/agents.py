@@ -246,7 +246,7 @@ def check_agent_name(name: str) -> None:
         raise InputError(
             f"no agent is called '{name}'",
             where="--agent",
-            remedy=f"{did_you_mean(name, AGENTS)}; or give your own as module:factory",
+            remedy=f"{did_you_mean(name, AGENTS)} Or give your own as module:factory",
         )
 
 

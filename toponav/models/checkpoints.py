@@ -169,11 +169,10 @@ def _find_weights(name_or_dir: str | Path) -> Path:
     if isinstance(name_or_dir, str) and (shipped / name_or_dir).is_dir():
         return shipped / name_or_dir
     names = [entry.name for entry in shipped.iterdir() if (entry / "localization.json").is_file()]
-    shipped_names = did_you_mean(str(name_or_dir), names)
     raise InputError(
         f"there are no weights {str(name_or_dir)!r}",
         where="--weights",
-        remedy=f"give a folder written by `toponav train`; shipped: {shipped_names}",
+        remedy=f"give a folder written by `toponav train`, or {' or '.join(sorted(names))}",
     )
 
 
