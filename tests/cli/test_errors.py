@@ -123,7 +123,7 @@ def test_a_mistake_is_one_clear_error(
         "",
         "scnee",
         "scene",
-        "scene shwo",
+        "scene shaw",
         "scene show",
         "scene show {b} --veiws 3",
         "scene generate office --out {t}/o --seed x",
@@ -193,7 +193,7 @@ def test_names_in_files_cannot_steer_the_terminal(
 
 MESSAGES = {
     "missing_yaml": "scene import {t}/none.yaml --out {t}/o",
-    "mistyped_command": "scene shwo",
+    "mistyped_command": "scene shaw",
     "mistyped_node": "map plan {m} office_1 ofice_2",
     "mistyped_agent": EVAL + " --agent grahpnav",
     "no_such_weights": EVAL + " --agent graphnav --weights {t}/none",

@@ -11,7 +11,7 @@ import numpy as np
 from toponav.core.errors import InputError
 from toponav.core.files import check_is_file
 
-__all__ = ["Shape", "read_npz"]
+__all__ = ["Shape", "map_npy", "read_npz"]
 
 Shape = tuple[int | None, ...]
 """Sizes of an array; None stands for any."""
@@ -56,6 +56,35 @@ def read_npz(
     return arrays
 
 
+def map_npy(path: Path, dtype: str, shape: Shape, *, remedy: str) -> np.ndarray:
+    """The array of an `.npy` file, left on disk, of exactly this type and size.
+
+    Raises:
+        InputError: The file is missing or broken, or holds another array.
+    """
+    check_is_file(path)
+    try:
+        array = np.lib.format.open_memmap(path, "r")
+        _check_kind(path.name, array.shape, array.dtype, np.dtype(dtype), shape)
+    except Exception as error:  # NumPy parses the header as Python, which fails in many ways.
+        raise InputError(
+            f"does not hold the array that it should ({str(error)[:200]})",
+            where=str(path),
+            remedy=remedy,
+        ) from None
+    return array
+
+
+def _check_kind(
+    name: str, found: tuple[int, ...], found_dtype: Any, dtype: np.dtype[Any], shape: Shape
+) -> None:
+    fits = len(found) == len(shape) and all(
+        size is None or size == got for size, got in zip(shape, found, strict=True)
+    )
+    if not fits or found_dtype != dtype:
+        raise ValueError(f"{name} must be {dtype}{list(shape)}, got {found_dtype}{list(found)}")
+
+
 def _read_npy(
     archive: zipfile.ZipFile, name: str, dtype: np.dtype[Any], shape: Shape, max_items: int
 ) -> np.ndarray:
@@ -64,13 +93,9 @@ def _read_npy(
         if np.lib.format.read_magic(stream) != (1, 0):
             raise ValueError(f"{name} is of an unknown format")
         found, in_columns, found_dtype = np.lib.format.read_array_header_1_0(stream)
-        fits = len(found) == len(shape) and all(
-            size is None or size == got for size, got in zip(shape, found, strict=True)
-        )
-        if not fits or in_columns or found_dtype != dtype or math.prod(found) > max_items:
-            raise ValueError(
-                f"{name} must be {dtype}{list(shape)}, got {found_dtype}{list(found)}"
-            )
+        _check_kind(name, found, found_dtype, dtype, shape)
+        if in_columns or math.prod(found) > max_items:
+            raise ValueError(f"{name} must be stored by rows, with {max_items:,} numbers at most")
         size = math.prod(found) * dtype.itemsize
         data = stream.read(size)
     if len(data) != size:

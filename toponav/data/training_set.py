@@ -15,7 +15,7 @@ from typing import Any, Final, Literal
 import numpy as np
 from jaxtyping import Bool, Float32, Int8, Int32, Int64, UInt8
 
-from toponav.core.arrays import Shape, read_npz
+from toponav.core.arrays import Shape, map_npy, read_npz
 from toponav.core.errors import InputError, shown
 from toponav.core.files import check_file_name, read_json_object
 from toponav.core.vocabulary import Behavior
@@ -261,10 +261,8 @@ def _read(directory: Path) -> _Part:
             raise ValueError(f"schema must be {CACHE_SCHEMA}, got {shown(document['schema'])}")
         entries = [_entry(directory, row) for row in document["trajectories"]]
         image = dict(document["image"])
-        frames = np.lib.format.open_memmap(directory / "frames.npy", "r")
-        shape = (sum(entry.frames for entry in entries), image["rows"], image["cols"])
-        if frames.shape != shape or frames.dtype != np.uint8:
-            raise ValueError(f"frames must be {shape} bytes, got {frames.dtype}{frames.shape}")
+        shape = (sum(entry.frames for entry in entries), int(image["rows"]), int(image["cols"]))
+        frames = map_npy(directory / "frames.npy", "|u1", shape, remedy=_REMEDY)
         columns = _read_columns(directory / "columns.npz", entries)
         return _Part(frames, columns, entries, image)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError) as error:
