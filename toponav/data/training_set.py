@@ -181,10 +181,15 @@ class TrainingSet:
         entry = self._entries[trajectory]
         found = _map(entry.map_path)
         if trajectory not in self._fits_map:
-            for node in entry.plan.nodes:
-                found.node(node)
-            for edge in entry.plan.edges:
-                found.edge(edge)
+            unknown = set(entry.plan.nodes) - found.node_index.keys()
+            unknown |= set(entry.plan.edges) - found.edge_index.keys()
+            if unknown:
+                raise InputError(
+                    f"the plan of trajectory {trajectory} goes by {shown(min(unknown))}, which "
+                    "the map does not have",
+                    where=str(entry.map_path),
+                    remedy=_REMEDY,
+                )
             here = self.rows_of(trajectory)
             for what, codes, count in (
                 ("edge", self.edge[here], len(found.edges)),
