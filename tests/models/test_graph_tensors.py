@@ -1,6 +1,7 @@
 import time
 
 import numpy as np
+import pytest
 
 from tests.models.graphs import office_map
 from toponav.core.vocabulary import Behavior
@@ -8,6 +9,8 @@ from toponav.maps.plan import shortest_plan
 from toponav.maps.subgraph import crop
 from toponav.models.graphnav.graph_tensors import (
     EDGE_FEATURES,
+    MOTION_FEATURES,
+    Motion,
     batch_graphs,
     encode_subgraph,
     mirror_graph,
@@ -25,7 +28,8 @@ def _encode(previous="e1->e2", with_plan=True, preset=COMPACT):
 
 
 def _row(graph, edge):
-    return dict(zip(EDGE_FEATURES, graph.edge_attr[graph.edge_ids.index(edge)], strict=False))
+    names = (*EDGE_FEATURES, *MOTION_FEATURES)
+    return dict(zip(names, graph.edge_attr[graph.edge_ids.index(edge)], strict=True))
 
 
 def test_features_say_where_an_edge_leads_and_when():
@@ -113,3 +117,15 @@ def test_encoding_is_quick():
         encode_subgraph(topological_map, around, plan, "e1->e2", COMPACT)
         times.append(time.perf_counter() - began)
     assert np.median(times[5:]) < 1e-3
+
+
+def test_motion_stands_on_every_edge_and_mirrors_its_turn():
+    topological_map = office_map()
+    around = crop(topological_map, "e1")
+    motion = Motion(driven_m=2.5, turned_rad=0.5)
+    graph = encode_subgraph(topological_map, around, None, "e1->e2", COMPACT, motion)
+    for edge in graph.edge_ids:
+        assert _row(graph, edge)["driven"] == pytest.approx(0.5)
+        assert _row(graph, edge)["turned_sine"] == pytest.approx(np.sin(0.5))
+        assert _row(mirror_graph(graph), edge)["turned_sine"] == pytest.approx(-np.sin(0.5))
+        assert _row(mirror_graph(graph), edge)["turned_cosine"] == pytest.approx(np.cos(0.5))
