@@ -145,7 +145,8 @@ def _record(
     annotate: bool,
     json: bool,
 ) -> None:
-    from toponav.cli.data import print_statistics, progress
+    from toponav.cli.data import print_statistics
+    from toponav.cli.progress_bar import progress
     from toponav.data.collect import collect
     from toponav.data.statistics import dataset_statistics
 

@@ -1,12 +1,13 @@
 """`toponav data`: look at datasets, check them, label them, prepare them for training."""
 
 import json as json_module
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tyro
+
+from toponav.cli.progress_bar import progress
 
 __all__ = [
     "annotate_data",
@@ -14,7 +15,6 @@ __all__ = [
     "export_data",
     "prepare_data",
     "print_statistics",
-    "progress",
     "register",
     "repair_data",
     "verify_data",
@@ -34,31 +34,6 @@ def register() -> dict[tuple[str, ...], Callable[..., Any]]:
         ("data", "prepare"): prepare_data,
         ("data", "export"): export_data,
     }
-
-
-@contextmanager
-def progress(what: str) -> Iterator[Callable[[int, int | None], None]]:
-    """A progress bar on stderr; yields what to tell it: how many are done, of how many."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        line = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
 def data_info(dataset: _Dataset, *, json: _Flag = False) -> int:

@@ -91,28 +91,11 @@ def eval_graphnav(
 
 
 def _evaluate_with_progress(config: Any) -> Any:
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
+    from toponav.cli.progress_bar import progress
     from toponav.evaluation.runner import evaluate
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        line = bar.add_task("episodes", total=None)
-        return evaluate(config, lambda done, total: bar.update(line, completed=done, total=total))
+    with progress("episodes") as update:
+        return evaluate(config, update)
 
 
 def _print_summary(evaluation: Any) -> None:

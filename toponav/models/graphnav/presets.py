@@ -319,7 +319,7 @@ def _paper() -> Preset:
 def _compact_encoder(features: int, dropout: float) -> EncoderConfig:
     # A stem of stride 2 with one more layer took a fifth (localization) to two thirds
     # (behaviours) longer. After as many samples it localized no better on held-out buildings
-    # and found doors slightly better (wrong side 11.5 instead of 12.6 %, one seed).
+    # and found doors slightly better, in one run of one seed that was not kept.
     return EncoderConfig(
         (
             Convolution(32, (5, 5), stride=4),
