@@ -1,5 +1,7 @@
 """All of a scene but its arrays, as JSON and back."""
 
+import dataclasses
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -7,6 +9,7 @@ import numpy as np
 from toponav.core.vocabulary import RoomKind
 from toponav.worlds.grid import GridFrame
 from toponav.worlds.layout import HallwayLayout
+from toponav.worlds.materials import Attribution, Material, distinct_textures
 from toponav.worlds.mesh import SceneMesh
 from toponav.worlds.scene import Door, Provenance, Room, Scene
 
@@ -14,8 +17,16 @@ __all__ = ["grid_of", "scene_metadata", "scene_of"]
 
 
 def scene_metadata(scene: Scene) -> dict[str, Any]:
-    """All but the arrays, as JSON; also what `scene.json` holds."""
-    return {
+    """All but the arrays, as JSON; also what `scene.json` holds.
+
+    What most scenes lack is left out, so that their hashes stay what they were.
+    """
+    more: dict[str, Any] = {}
+    if scene.attribution:
+        more["attribution"] = [dataclasses.asdict(entry) for entry in scene.attribution]
+    if scene.imported_mesh is not None:
+        more |= _materials_to_json(scene.imported_mesh.materials)
+    return more | {
         "name": scene.name,
         "grid": {
             "resolution_m": float(scene.grid.resolution_m),
@@ -100,15 +111,50 @@ def scene_of(document: dict[str, Any], grid: GridFrame, arrays: dict[str, np.nda
             str(origin["source"]),
         ),
         layout=None if layout is None else HallwayLayout.from_json(layout),
-        imported_mesh=None
-        if document["is_extruded"]
-        else SceneMesh(
-            arrays["mesh_vertices_m"],
-            arrays["mesh_faces"],
-            arrays["mesh_face_semantic"],
-            arrays["mesh_face_instance"],
+        imported_mesh=None if document["is_extruded"] else _mesh_of(document, arrays),
+        attribution=tuple(
+            Attribution(*(str(entry[key]) for key in ("work", "creator", "licence", "source")))
+            for entry in document.get("attribution", [])
         ),
     )
+
+
+def _mesh_of(document: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> SceneMesh:
+    """The mesh of a document that is not an extruded plan."""
+    return SceneMesh(
+        arrays["mesh_vertices_m"],
+        arrays["mesh_faces"],
+        arrays["mesh_face_semantic"],
+        arrays["mesh_face_instance"],
+        arrays["mesh_face_material"],
+        arrays["mesh_corner_uv"],
+        tuple(
+            Material(
+                str(entry["name"]),
+                (float(entry["color"][0]), float(entry["color"][1]), float(entry["color"][2])),
+                None if entry["texture"] is None else arrays[f"texture_{int(entry['texture'])}"],
+                float(entry["emission"]),
+            )
+            for entry in document["materials"]
+        ),
+    )
+
+
+def _materials_to_json(materials: Sequence[Material]) -> dict[str, Any]:
+    """Materials, whose textures are numbered, and the size of each texture."""
+    textures, numbers = distinct_textures(materials)
+    return {
+        "materials": [
+            {
+                "name": material.name,
+                "color": [float(part) for part in material.color],
+                "texture": number,
+                "emission": float(material.emission),
+            }
+            for material, number in zip(materials, numbers, strict=True)
+        ],
+        "texture_sizes": [list(texture.shape) for texture in textures],
+    }
 
 
 def _points(value: Any) -> np.ndarray:

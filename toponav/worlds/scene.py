@@ -14,11 +14,14 @@ from toponav.core.errors import InputError, did_you_mean
 from toponav.core.vocabulary import RoomKind
 from toponav.worlds.grid import GridFrame, SemanticClass
 from toponav.worlds.layout import HallwayLayout
+from toponav.worlds.materials import Attribution, Material
 from toponav.worlds.mesh import SceneMesh
 
 __all__ = [
+    "Attribution",
     "Door",
     "GridFrame",
+    "Material",
     "Provenance",
     "Room",
     "Scene",
@@ -97,6 +100,7 @@ class Scene:
         provenance: Where the scene came from.
         layout: The generator's hallways and doorways (`HallwayLayout`), else None.
         imported_mesh: The scanned mesh, where the scene is not an extruded plan.
+        attribution: Whose furniture and meshes it holds, where their authors are known.
     """
 
     name: str
@@ -110,6 +114,7 @@ class Scene:
     provenance: Provenance
     layout: HallwayLayout | None = None
     imported_mesh: SceneMesh | None = None
+    attribution: tuple[Attribution, ...] = ()
 
     def __post_init__(self) -> None:
         _check(self)
@@ -148,10 +153,7 @@ class Scene:
         digest.update(self.room_index.astype("<i2").tobytes())
         digest.update(self.semantics.astype("u1").tobytes())
         if self.imported_mesh is not None:
-            digest.update((self.imported_mesh.vertices_m + np.float32(0)).astype("<f4").tobytes())
-            digest.update(self.imported_mesh.faces.astype("<i4").tobytes())
-            digest.update(self.imported_mesh.face_semantic.astype("u1").tobytes())
-            digest.update(self.imported_mesh.face_instance.astype("<i4").tobytes())
+            digest.update(self.imported_mesh.digest())
         return digest.hexdigest()
 
     def room_at(self, x_m: float, y_m: float) -> str | None:

@@ -1,8 +1,9 @@
 """Scenes as folders that other tools open too.
 
 A folder holds `scene.json` (all but arrays, and the content hash), `arrays.npz` (heights,
-rooms and classes, lossless), `grid.png` with `map.yaml` (for ROS `map_server`) and
-`mesh.glb` (for viewers). Loading reads the first two; the others are derived from them.
+rooms and classes, lossless, and the mesh with its textures where the scene is no extruded
+plan), `grid.png` with `map.yaml` (for ROS `map_server`) and `mesh.glb` (for viewers). Loading
+reads the first two; the others are derived from them.
 """
 
 import json
@@ -21,6 +22,7 @@ from toponav.core.files import read_json_object
 from toponav.worlds._scene_arrays import read_arrays
 from toponav.worlds._scene_json import grid_of, scene_metadata, scene_of
 from toponav.worlds.gltf import glb_bytes
+from toponav.worlds.materials import distinct_textures
 from toponav.worlds.scene import Scene
 
 __all__ = ["load_scene", "save_scene"]
@@ -128,7 +130,11 @@ def _write_files(scene: Scene, folder: Path) -> None:
             "mesh_faces": mesh.faces,
             "mesh_face_semantic": mesh.face_semantic,
             "mesh_face_instance": mesh.face_instance,
+            "mesh_face_material": mesh.face_material,
+            "mesh_corner_uv": mesh.corner_uv,
         }
+        for number, texture in enumerate(distinct_textures(mesh.materials)[0]):
+            arrays[f"texture_{number}"] = texture
     # Named one by one: savez takes its arrays as keywords.
     np.savez_compressed(folder / _ARRAYS, **arrays)  # type: ignore[arg-type]
     pixels = np.where(scene.occupied[::-1], np.uint8(_SOLID), np.uint8(_FREE))
@@ -162,5 +168,7 @@ def _read_json(path: Path) -> dict[str, Any]:
 def _assemble(document: dict[str, Any], folder: Path) -> Scene:
     """The scene of a document whose fields are not checked yet, and its arrays."""
     grid = grid_of(document)
-    arrays = read_arrays(folder / _ARRAYS, grid, bool(document["is_extruded"]))
+    extruded = bool(document["is_extruded"])
+    sizes = () if extruded else document["texture_sizes"]
+    arrays = read_arrays(folder / _ARRAYS, grid, extruded, sizes)
     return scene_of(document, grid, arrays)
