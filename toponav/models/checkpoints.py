@@ -23,6 +23,9 @@ from toponav.core.errors import InputError, did_you_mean
 from toponav.core.files import read_json_object, write_atomically
 from toponav.core.typed_json import from_json
 from toponav.core.vocabulary import Behavior
+from toponav.models.baselines.behavrnn import BehavRNN
+from toponav.models.baselines.phasenet import PhaseNet
+from toponav.models.baselines.presets import BehavRNNConfig, PhaseNetConfig
 from toponav.models.graphnav.behavior import BehaviorNetwork
 from toponav.models.graphnav.localization import LocalizationNetwork
 from toponav.models.graphnav.presets import BehaviorConfig, LocalizationConfig
@@ -30,8 +33,11 @@ from toponav.models.graphnav.presets import BehaviorConfig, LocalizationConfig
 __all__ = [
     "SCHEMA_VERSION",
     "GraphNavWeights",
+    "Network",
     "checkpoint_metadata",
+    "load_behavrnn",
     "load_checkpoint",
+    "load_phasenet",
     "load_weights",
     "save_checkpoint",
     "write_atomically",
@@ -39,11 +45,13 @@ __all__ = [
 
 SCHEMA_VERSION = 1
 
-Network = BehaviorNetwork | LocalizationNetwork
+Network = BehaviorNetwork | LocalizationNetwork | PhaseNet | BehavRNN
 
 _REGISTRY: dict[str, tuple[type[Network], type[Any]]] = {
     "behavior": (BehaviorNetwork, BehaviorConfig),
     "localization": (LocalizationNetwork, LocalizationConfig),
+    "phasenet": (PhaseNet, PhaseNetConfig),
+    "behavrnn": (BehavRNN, BehavRNNConfig),
 }
 _MOST_BYTES = 2 << 30
 _MOST_HEADER_BYTES = 1 << 20
@@ -159,6 +167,46 @@ def load_weights(name_or_dir: str | Path = "compact") -> GraphNavWeights:
             "this is not a localization network", where=str(path), remedy=_TRAIN_AGAIN
         )
     return GraphNavWeights(behaviors, localization)
+
+
+def load_phasenet(name_or_dir: str | Path = "compact") -> PhaseNet:
+    """The PhaseNet of a folder, or the one that ships with the package under a preset's name.
+
+    Raises:
+        InputError: There is none, or its files are broken.
+    """
+    network = _load_baseline(name_or_dir, PhaseNet.kind)
+    assert isinstance(network, PhaseNet)
+    return network
+
+
+def load_behavrnn(name_or_dir: str | Path = "compact") -> BehavRNN:
+    """The BehavRNN of a folder, or the one that ships with the package under a preset's name.
+
+    Raises:
+        InputError: There is none, or its files are broken.
+    """
+    network = _load_baseline(name_or_dir, BehavRNN.kind)
+    assert isinstance(network, BehavRNN)
+    return network
+
+
+def _load_baseline(name_or_dir: str | Path, kind: str) -> Network:
+    path = _find_weights(name_or_dir) / f"{kind}.safetensors"
+    if not path.is_file():
+        raise InputError(
+            f"these weights have no {kind}",
+            where=str(path),
+            remedy=f"train one: `toponav train {kind} --data CACHE --out {path.parent}`",
+        )
+    network = load_checkpoint(path)
+    if network.kind != kind:
+        raise InputError(
+            f"this is a network for {network.kind}, not {kind}",
+            where=str(path),
+            remedy=_TRAIN_AGAIN,
+        )
+    return network
 
 
 def _find_weights(name_or_dir: str | Path) -> Path:

@@ -6,8 +6,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from torch import Tensor, nn
 
-from toponav.models.graphnav.behavior import BehaviorNetwork
-from toponav.models.graphnav.localization import LocalizationNetwork
+from toponav.models.checkpoints import Network
 
 __all__ = ["Task"]
 
@@ -21,7 +20,7 @@ class Task(Protocol):
         """Name of the checkpoint, without suffix."""
 
     @property
-    def model(self) -> BehaviorNetwork | LocalizationNetwork:
+    def model(self) -> Network:
         """The network to train."""
 
     @property

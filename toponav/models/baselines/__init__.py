@@ -1,0 +1,1 @@
+"""The networks of the baselines that GraphNav is compared with: PhaseNet and BehavRNN."""
