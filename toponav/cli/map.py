@@ -31,12 +31,15 @@ NodeId = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="NODE")]
 
 def register() -> dict[tuple[str, ...], Callable[..., Any]]:
     """The commands of this module by the words that call them."""
+    from toponav.cli.map_edit import edit
+
     return {
         ("map", "build"): build,
         ("map", "check"): check,
         ("map", "show"): show,
         ("map", "plan"): plan,
         ("map", "convert"): convert,
+        ("map", "edit"): edit,
     }
 
 
