@@ -70,20 +70,33 @@ def generate_office(
     return _report(scene, out, as_json)
 
 
-def generate_home(out: Path, seed: int = 0) -> int:
-    """Generate a home (not in this version yet).
+def generate_home(
+    out: Path,
+    seed: int = 0,
+    rooms: int | None = None,
+    as_json: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> int:
+    """Generate a furnished home: rooms, doors, windows and furniture with textures.
 
-    Example: toponav scene generate home --seed 7 --out scenes/home_7
+    The same seed and version make the same home, bit for bit.
+
+    Example: toponav scene generate home --seed 7 --rooms 6 --out scenes/home_7
 
     Args:
         out: Folder to write the scene to.
-        seed: Which building.
+        seed: Which home.
+        rooms: How many rooms, hallways included, 2 to 9; the seed chooses where not given.
+        as_json: Print what was made as JSON.
     """
-    raise InputError(
-        f"homes cannot be generated yet (seed {seed}, {out})",
-        where="scene generate home",
-        remedy="use `toponav scene generate office`",
-    )
+    from toponav.worlds.generate.home import generate_home as generate
+    from toponav.worlds.storage import save_scene
+
+    if seed < 0:
+        raise InputError(f"seed must not be negative, got {seed}", where="--seed", remedy="use 0")
+    check_out_folder(out)
+    scene = generate(seed, rooms=rooms)
+    save_scene(scene, out)
+    return _report(scene, out, as_json)
 
 
 def import_scene(

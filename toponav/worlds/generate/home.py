@@ -1,0 +1,104 @@
+"""Furnished homes, as a pure function of a seed."""
+
+import numpy as np
+
+from toponav.core.errors import InputError
+from toponav.worlds.generate._home_circulation import Link, borders, plan_cost
+from toponav.worlds.generate._home_growth import Labels, grow_plan
+from toponav.worlds.generate._home_program import FEWEST_ROOMS, MOST_ROOMS, RoomSpec, draw_program
+from toponav.worlds.generate._home_shell import CELL_M, Opening, Shell, raise_shell
+from toponav.worlds.scene import Door, GridFrame, Provenance, Room, Scene, scene_from_heights
+
+__all__ = ["HOME_VERSION", "generate_home"]
+
+HOME_VERSION = "0"
+
+_PLANS, _GOOD_COST = 120, 2.0
+
+
+def generate_home(seed: int, rooms: int | None = None, furniture: object = None) -> Scene:
+    """A home: rooms, doors, windows and furniture.
+
+    Args:
+        seed: Any number from 0; the same seed makes the same home, byte for byte.
+        rooms: Number of rooms with hallways, 2 to 9; drawn from the seed where None.
+        furniture: Models to furnish with; parametric pieces where None.
+
+    Raises:
+        InputError: When the seed is negative or the number of rooms is out of range.
+    """
+    if seed < 0:
+        raise InputError(
+            f"seed must be 0 or more, got {seed}",
+            where="home generator",
+            remedy="give a number from 0 up",
+        )
+    if rooms is not None and not FEWEST_ROOMS <= rooms <= MOST_ROOMS:
+        raise InputError(
+            f"a home has {FEWEST_ROOMS} to {MOST_ROOMS} rooms, got {rooms}",
+            where="home generator",
+            remedy=f"give a number of rooms from {FEWEST_ROOMS} to {MOST_ROOMS}",
+        )
+    for attempt in range(40):
+        rng = np.random.default_rng([seed, attempt])
+        shell = _shell(rng, draw_program(rng, rooms))
+        if shell is not None:
+            return _scene(seed, shell, rng)
+    raise AssertionError(f"no home came of seed {seed}")
+
+
+def _shell(rng: np.random.Generator, specs: tuple[RoomSpec, ...]) -> Shell | None:
+    """The best of many plans with walls and doors; None where none can be lived in."""
+    best: tuple[float, Labels, list[Link]] | None = None
+    for number in range(_PLANS):
+        labels = grow_plan(rng, specs)
+        cost, links = plan_cost(specs, labels)
+        if best is None or cost < best[0]:
+            best = (cost, labels, links)
+        if number >= 10 and best[0] < _GOOD_COST:
+            break
+    assert best is not None
+    if best[0] > 100:
+        return None
+    return raise_shell(rng, specs, best[1], best[2], borders(best[1]))
+
+
+def _scene(seed: int, shell: Shell, rng: np.random.Generator) -> Scene:
+    heights = np.where(shell.wall, np.float32(shell.ceiling_m), np.float32(0))
+    for number in range(len(shell.specs)):
+        for _ in range(4):
+            tall, wide = rng.integers(8, 24, 2)
+            cells = np.argwhere(shell.room_index == number)
+            row, col = cells[rng.integers(len(cells))]
+            box = slice(row, row + tall), slice(col, col + wide)
+            window = (shell.room_index[box] == number) & ~shell.keep_free[box]
+            if (
+                window.all()
+                and (
+                    heights[slice(row - 9, row + tall + 9), slice(col - 9, col + wide + 9)] == 0
+                ).all()
+            ):
+                heights[box] = 0.7
+    rooms = [Room(spec.name, spec.kind) for spec in shell.specs]
+    doors = [_door(shell, opening) for opening in shell.openings]
+    return scene_from_heights(
+        f"home-{seed}",
+        GridFrame(CELL_M, (0.0, 0.0), *heights.shape),
+        heights,
+        ceiling_m=shell.ceiling_m,
+        room_index=shell.room_index,
+        rooms=rooms,
+        doors=doors,
+        provenance=Provenance("home", HOME_VERSION, seed),
+    )
+
+
+def _door(shell: Shell, opening: Opening) -> Door:
+    names = [shell.specs[number].name for number in (opening.outer, opening.inner)]
+    ends = [opening.point_m(opening.start, 0.0), opening.point_m(opening.stop, 0.0)]
+    return Door(
+        f"{names[0]}-{names[1]}_door",
+        np.array(ends),
+        round(opening.width_m, 3),
+        (names[0], names[1]),
+    )
