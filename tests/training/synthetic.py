@@ -31,12 +31,13 @@ class SyntheticSet:
         self._maps = {f"building_{b}": corridor_map(f"building_{b}") for b in range(buildings)}
         self._building = [f"building_{t % buildings}" for t in range(trajectories)]
         frames, command, behavior, edge, trajectory = [], [], [], [], []
+        position = []
         self._plans = []
         for number, building in enumerate(self._building):
             topological_map = self._maps[building]
             plan = shortest_plan(topological_map, "n0", "n7")
             self._plans.append(plan)
-            for edge_id in plan.edges:
+            for place, edge_id in enumerate(plan.edges):
                 kind = ORDER.index(topological_map.edge(edge_id).behavior)
                 for _ in range(frames_an_edge):
                     turn = float(rng.uniform(-1.0, 1.0))
@@ -49,12 +50,14 @@ class SyntheticSet:
                     behavior.append(kind)
                     edge.append(topological_map.edge_index[edge_id])
                     trajectory.append(number)
+                    position.append(place)
         self.frames = np.stack(frames)
         self.command = np.array(command, np.float32)
         self.executed = self.command
         self.behavior = np.array(behavior, np.int8)
         self.edge = np.array(edge, np.int32)
         self.trajectory = np.array(trajectory, np.int32)
+        self.plan_position = np.array(position, np.int32)
 
     def map_of(self, trajectory: int) -> TopologicalMap:
         return self._maps[self._building[trajectory]]

@@ -7,7 +7,10 @@ from toponav.core.errors import InputError
 
 __all__ = ["Recipe", "TrainingConfig", "default_config"]
 
-Recipe = Literal["behaviors", "localization"]
+Recipe = Literal["behaviors", "localization", "phasenet", "behavrnn"]
+
+# Longer than nearly every edge (phasenet, 5 Hz) and nearly every drive (behavrnn).
+_SEQUENCE_STEPS: dict[str, int] = {"phasenet": 100, "behavrnn": 210}
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class TrainingConfig:
     most_validation_samples: int = 8192
     """Validation uses this many samples at most, the same ones each time."""
     sequence_steps: int = 20
-    """Steps of a training sequence, for recurrent networks."""
+    """Most steps of a training sequence, for recurrent networks."""
     most_repeats: int = 1
     """A set smaller than `samples_per_epoch` is gone through this often in an epoch at most."""
     plan_dropout: float = 0.2
@@ -86,10 +89,12 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
     """How a preset is trained unless told otherwise.
 
     `paper`: Adam at 1e-4, batches of 32, nothing else (section VI-C). `compact`: sized for
-    twenty minutes a recipe on one CPU core.
+    twenty minutes a recipe on one CPU core, a dozen for each of the baselines.
     """
+    steps = _SEQUENCE_STEPS.get(recipe, 20)
     if preset == "paper":
         return TrainingConfig(
+            sequence_steps=steps,
             epochs=20,
             samples_per_epoch=1_000_000_000,
             batch_size=32,
@@ -98,6 +103,21 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
             schedule="constant",
             ema=0.0,
             mirror=False,
+        )
+    if recipe in _SEQUENCE_STEPS:
+        return TrainingConfig(
+            epochs=12,
+            samples_per_epoch=12_000 if recipe == "phasenet" else 3_600,
+            batch_size=32 if recipe == "phasenet" else 8,
+            learning_rate=1e-3,
+            weight_decay=0.02,
+            schedule="one_cycle",
+            ema=0.995,
+            mirror=True,
+            most_repeats=4,
+            largest_gradient=1.0,
+            sequence_steps=steps,
+            most_validation_samples=16_000 if recipe == "phasenet" else 40_000,
         )
     is_localization = recipe == "localization"
     return TrainingConfig(

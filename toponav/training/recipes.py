@@ -1,4 +1,4 @@
-"""Recipes: the five behaviour networks, and graph localization, from a training set."""
+"""Recipes: behaviour networks, graph localization and the baselines, from a training set."""
 
 import hashlib
 import json
@@ -14,17 +14,28 @@ import torch
 import toponav
 from toponav.core.vocabulary import Behavior
 from toponav.data.dataset import environment
+from toponav.models.baselines.behavrnn import BehavRNN
+from toponav.models.baselines.phasenet import PhaseNet
+from toponav.models.baselines.presets import BaselinePreset
 from toponav.models.checkpoints import write_atomically
 from toponav.models.graphnav.behavior import BehaviorNetwork
 from toponav.models.graphnav.localization import LocalizationNetwork
 from toponav.models.graphnav.presets import Preset
 from toponav.training.behavior_task import BehaviorTask
+from toponav.training.behavrnn_task import BehavRNNTask
 from toponav.training.config import TrainingConfig
 from toponav.training.localization_task import LocalizationTask
 from toponav.training.loop import Report, TrainingResult, train
+from toponav.training.phasenet_task import PhaseNetTask
 from toponav.training.samples import TrainingData, check_image, split_frames
 
-__all__ = ["data_digest", "train_behaviors", "train_localization"]
+__all__ = [
+    "data_digest",
+    "train_behaviors",
+    "train_behavrnn",
+    "train_localization",
+    "train_phasenet",
+]
 
 
 def train_behaviors(
@@ -104,6 +115,67 @@ def train_localization(
     return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
 
 
+def train_phasenet(
+    data: TrainingData,
+    preset: BaselinePreset,
+    config: TrainingConfig,
+    out: Path,
+    *,
+    report: Report | None = None,
+) -> TrainingResult:
+    """Train PhaseNet on the progress of each plan edge that was driven.
+
+    Args:
+        data: Frames with how far in its plan the robot was.
+        preset: Network to train.
+        config: How to train.
+        out: Folder for `phasenet.safetensors`.
+        report: Told about progress.
+
+    Raises:
+        InputError: The data does not fit the preset, or the folder holds another run.
+    """
+    check_image(data, preset.image, preset.name)
+    split = split_frames(data)
+    digest = data_digest(data)
+    metadata = _metadata(preset, digest, split.val_buildings)
+    _write_run(out, "phasenet", config, metadata)
+    torch.manual_seed(config.seed)
+    task = PhaseNetTask(PhaseNet(preset.phasenet), data, split, config)
+    return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
+
+
+def train_behavrnn(
+    data: TrainingData,
+    preset: BaselinePreset,
+    config: TrainingConfig,
+    out: Path,
+    *,
+    report: Report | None = None,
+) -> TrainingResult:
+    """Train BehavRNN on whole drives and the behaviours that their plans ask for.
+
+    Args:
+        data: Frames tagged with behaviours, and the plans they were driven with.
+        preset: Network to train.
+        config: How to train.
+        out: Folder for `behavrnn.safetensors`.
+        report: Told about progress.
+
+    Raises:
+        InputError: The data does not fit the preset, has no behaviours, or the folder holds
+            another run.
+    """
+    check_image(data, preset.image, preset.name)
+    split = split_frames(data)
+    digest = data_digest(data)
+    metadata = _metadata(preset, digest, split.val_buildings)
+    _write_run(out, "behavrnn", config, metadata)
+    torch.manual_seed(config.seed)
+    task = BehavRNNTask(BehavRNN(preset.behavrnn), data, split, config)
+    return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
+
+
 def data_digest(data: TrainingData) -> str:
     """A digest of the labels and of some frames: enough to tell two training sets apart."""
     digest = hashlib.sha256()
@@ -116,7 +188,9 @@ def data_digest(data: TrainingData) -> str:
     return digest.hexdigest()
 
 
-def _metadata(preset: Preset, digest: str, val_buildings: tuple[str, ...]) -> dict[str, Any]:
+def _metadata(
+    preset: Preset | BaselinePreset, digest: str, val_buildings: tuple[str, ...]
+) -> dict[str, Any]:
     return {
         "preset": preset.name,
         "data_sha256": digest,

@@ -43,6 +43,10 @@ class TrainingData(Protocol):
         """Index of the edge in its map, or -1."""
 
     @property
+    def plan_position(self) -> Int32[np.ndarray, " frames"]:
+        """How many nodes of the plan the robot had come; never goes back."""
+
+    @property
     def trajectory(self) -> Int32[np.ndarray, " frames"]:
         """Number of the trajectory."""
 
