@@ -286,7 +286,7 @@ def _jambs(
         near[point] + sign * length[point, turn] * way[turn]
         for sign, length in zip((1.0, -1.0), lengths, strict=True)
     ]
-    segment = (np.stack(ends) + (row0 - 1, col0 - 1))[:, ::-1] * resolution_m
+    segment = (np.stack(ends) + np.array([row0 - 1, col0 - 1]))[:, ::-1] * resolution_m
     return np.asarray(segment, np.float64)
 
 
