@@ -39,7 +39,7 @@ def test_generated_office_is_a_pure_function_of_its_seed(tmp_path, capsys):
         (["import", "notes.txt", "--out", "o"], "is no yaml file of a map"),
         (["import", "none.yaml", "--out", "o"], "no such file"),
         (["import", "none.yaml", "--out", "o", "--seed", "-1"], "seed must not be negative"),
-        (["generate", "home", "--out", "o"], "homes cannot be generated yet"),
+        (["generate", "home", "--rooms", "12", "--out", "o"], "a home has 2 to 9 rooms"),
         (["show", "nowhere"], "cannot be read"),
         (["show", "nowhere", "--out", "plan.gif"], "must be PNG, PDF or SVG"),
         (["show", "nowhere", "--views", "99"], "views must lie in 0..24"),
