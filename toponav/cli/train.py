@@ -1,22 +1,17 @@
 """`toponav train`: networks from a recorded dataset."""
 
 import json as json_module
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
-from toponav.core.errors import InputError
+from toponav.cli._train_baselines import behavrnn, phasenet
+from toponav.cli._training import open_training_set, print_results, shown
 from toponav.core.vocabulary import Behavior
 from toponav.models.graphnav.presets import PresetName, get_preset
 from toponav.training.config import Recipe, TrainingConfig, default_config
-
-if TYPE_CHECKING:
-    from toponav.training.loop import Report, TrainingResult
-    from toponav.training.samples import TrainingData
 
 __all__ = ["register"]
 
@@ -26,6 +21,8 @@ def register() -> dict[tuple[str, ...], Callable[..., int]]:
     return {
         ("train", "behaviors"): behaviors,
         ("train", "localization"): localization,
+        ("train", "phasenet"): phasenet,
+        ("train", "behavrnn"): behavrnn,
         ("train", "all"): everything,
         ("train", "release"): release,
     }
@@ -77,8 +74,8 @@ def behaviors(
         max_minutes=max_minutes,
         precision=precision,
     )
-    training_set = _open(data)
-    with _shown(json) as report:
+    training_set = open_training_set(data)
+    with shown(json) as report:
         results = train_behaviors(
             training_set,
             get_preset(preset),
@@ -87,7 +84,7 @@ def behaviors(
             behaviors=behavior or tuple(Behavior),
             report=report,
         )
-    return _print(results, out, json)
+    return print_results(results, out, json)
 
 
 def localization(
@@ -134,10 +131,10 @@ def localization(
         max_minutes=max_minutes,
         precision=precision,
     )
-    training_set = _open(data)
-    with _shown(json) as report:
+    training_set = open_training_set(data)
+    with shown(json) as report:
         result = train_localization(training_set, get_preset(preset), config, out, report=report)
-    return _print([result], out, json)
+    return print_results([result], out, json)
 
 
 def release(run: Path, /, *, out: Path, json: bool = False) -> int:
@@ -169,9 +166,10 @@ def everything(
     threads: int = 1,
     max_minutes: float | None = None,
     precision: Literal["auto", "float32", "bfloat16"] = "auto",
+    baselines: bool = True,
     json: bool = False,
 ) -> int:
-    """Train the five behaviour networks, then localization: a folder that `--weights` takes.
+    """Train the behaviour networks, localization and the baselines: what `--weights` takes.
 
     Example: toponav train all --data runs/cache --out runs/weights --max-minutes 40
 
@@ -181,106 +179,33 @@ def everything(
         preset: Sizes of the networks.
         seed: Same seed, data and threads, same weights.
         threads: CPU threads to use.
-        max_minutes: Time in all: half for the behaviours, half for localization.
+        max_minutes: Time in all: three tenths for the behaviours and for localization each,
+            two for each baseline; half and half without baselines.
         precision: Number format; `auto` times both.
+        baselines: Whether to train PhaseNet and BehavRNN too, which GraphNav does not need.
         json: Print results as JSON.
     """
-    from toponav.training.recipes import train_behaviors, train_localization
+    from toponav.models.baselines.presets import get_baseline_preset
+    from toponav.training import recipes
 
-    half = None if max_minutes is None else max_minutes / 2
-
-    def config(recipe: Recipe) -> TrainingConfig:
+    def config(recipe: Recipe, share: float) -> TrainingConfig:
+        minutes = None if max_minutes is None else max_minutes * share
         return default_config(preset, recipe).with_changes(
-            seed=seed, threads=threads, max_minutes=half, precision=precision
+            seed=seed, threads=threads, max_minutes=minutes, precision=precision
         )
 
-    training_set = _open(data)
-    networks = get_preset(preset)
-    with _shown(json) as report:
-        results = train_behaviors(training_set, networks, config("behaviors"), out, report=report)
-        results.append(
-            train_localization(training_set, networks, config("localization"), out, report=report)
+    training_set = open_training_set(data)
+    networks, others = get_preset(preset), get_baseline_preset(preset)
+    share = 0.3 if baselines else 0.5
+    with shown(json) as report:
+        results = recipes.train_behaviors(
+            training_set, networks, config("behaviors", share), out, report=report
         )
-    return _print(results, out, json)
-
-
-def _open(directories: Sequence[Path]) -> "TrainingData":
-    from toponav.data.training_set import TrainingSet
-
-    for directory in directories:
-        if not directory.is_dir():
-            raise InputError(
-                "there is no such folder",
-                where=f"--data {directory}",
-                remedy="record with `toponav collect graphnav`, then run `toponav data prepare`",
-            )
-    return TrainingSet.open(directories)
-
-
-class _Bar(AbstractContextManager["Report"]):
-    """A progress bar for each network."""
-
-    def __init__(self) -> None:
-        from rich.progress import (
-            BarColumn,
-            MofNCompleteColumn,
-            Progress,
-            TextColumn,
-            TimeRemainingColumn,
-        )
-
-        self._progress = Progress(
-            TextColumn("{task.description:<26}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("loss {task.fields[loss]:.3f}"),
-            TimeRemainingColumn(),
-        )
-        self._tasks: dict[str, Any] = {}
-
-    def __enter__(self) -> "Report":
-        self._progress.start()
-        return self._report
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
-
-    def _report(self, name: str, step: int, total: int, metrics: Any) -> None:
-        if name not in self._tasks:
-            self._tasks[name] = self._progress.add_task(name, total=total, loss=0.0)
-        self._progress.update(self._tasks[name], completed=step, total=total, **metrics)
-
-
-def _shown(quiet: bool) -> "AbstractContextManager[Report | None]":
-    return nullcontext() if quiet else _Bar()
-
-
-def _print(results: "Sequence[TrainingResult]", out: Path, as_json: bool) -> int:
-    from rich.console import Console
-    from rich.table import Table
-
-    if as_json:
-        records = [asdict(result) | {"checkpoint": str(result.checkpoint)} for result in results]
-        print(json_module.dumps(records, indent=1))
-        return 0
-    table = Table("network", "epochs", "best", "validation", "minutes", "format")
-    for result in results:
-        shown = ("val_loss", "accuracy", "true_crop_accuracy", "wrong_side")
-        validation = "  ".join(
-            f"{key} {result.metrics[key]:.3f}" for key in shown if key in result.metrics
-        )
-        table.add_row(
-            result.name,
-            str(result.epochs),
-            str(result.best_epoch),
-            validation,
-            f"{result.seconds / 60:.1f}",
-            result.precision,
-        )
-    console = Console()
-    console.print(table)
-    console.print(
-        f"weights are in {out}; drive with them: toponav eval graphnav --weights {out}",
-        soft_wrap=True,
-    )
-    return 0
+        own = config("localization", share)
+        results.append(recipes.train_localization(training_set, networks, own, out, report=report))
+        if baselines:
+            own = config("phasenet", 0.2)
+            results.append(recipes.train_phasenet(training_set, others, own, out, report=report))
+            own = config("behavrnn", 0.2)
+            results.append(recipes.train_behavrnn(training_set, others, own, out, report=report))
+    return print_results(results, out, json)

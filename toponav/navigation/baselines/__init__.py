@@ -1,0 +1,1 @@
+"""Agents of the baselines that GraphNav is compared with."""
