@@ -1,9 +1,13 @@
 """Errors a person can act on."""
 
 import difflib
+import itertools
 from collections.abc import Iterable
 
 __all__ = ["InputError", "did_you_mean", "shown"]
+
+_COMPARED = 100
+_MOST_COMPARED = 2000
 
 
 class InputError(ValueError):
@@ -36,7 +40,7 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
         >>> did_you_mean("turn_lift", ["turn_left", "straight"])
         "did you mean 'turn_left'?"
     """
-    names = sorted(valid)
+    name, names = name[:_COMPARED], sorted(itertools.islice(valid, _MOST_COMPARED))
     by_lower_case = {valid_name.lower(): valid_name for valid_name in names}
     near = difflib.get_close_matches(name, names, n=1) or [
         by_lower_case[found]

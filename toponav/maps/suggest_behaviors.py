@@ -17,6 +17,8 @@ _BENT_CORRIDOR_RAD = math.radians(35.0)
 """The same where a passage goes on in one way only: it may bend."""
 _LANE_BEND_RAD = math.radians(35.0)
 """Two edges that bend less than this where they meet are one lane."""
+_MOST_EDGES = 64
+"""Where more than these meet, their angles tell nothing."""
 _PASSAGES = frozenset({NodeKind.HALLWAY, NodeKind.OPEN_SPACE})
 
 
@@ -71,9 +73,10 @@ def suggest_behavior(topological_map: TopologicalMap, edge: Edge) -> Behavior:
 
 def _heading_at(topological_map: TopologicalMap, source: Node, leaving: Edge) -> float | None:
     """The robot's heading when it leaves a node, or None where the map does not tell."""
-    entering = [
-        edge for edge in topological_map.in_edges(source.id) if edge.source != leaving.target
-    ]
+    arriving = topological_map.in_edges(source.id)
+    if max(len(arriving), len(topological_map.out_edges(source.id))) > _MOST_EDGES:
+        return None
+    entering = [edge for edge in arriving if edge.source != leaving.target]
     if source.kind not in _PASSAGES:
         inside = [
             edge
@@ -107,12 +110,12 @@ def _heading_at(topological_map: TopologicalMap, source: Node, leaving: Edge) ->
 
 def _goes_on(topological_map: TopologicalMap, source: Node, target: Node) -> bool:
     """Whether the robot has no other passage to take from one node of a passage to the next."""
-    ways_out = [
-        edge
-        for edge in topological_map.out_edges(source.id)
-        if _is_passage(topological_map, edge.target)
-    ]
-    return {source.kind, target.kind} <= _PASSAGES and len(ways_out) == 1
+    leaving = topological_map.out_edges(source.id)
+    return (
+        {source.kind, target.kind} <= _PASSAGES
+        and len(leaving) <= _MOST_EDGES
+        and sum(_is_passage(topological_map, edge.target) for edge in leaving) == 1
+    )
 
 
 def _is_passage(topological_map: TopologicalMap, node_id: str) -> bool:
