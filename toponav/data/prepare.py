@@ -40,7 +40,7 @@ from toponav.data.parallel import check_workers, run_parallel
 from toponav.data.storage import depth_images, read_summary
 from toponav.data.training_set import CACHE_FILE, CACHE_SCHEMA, TrainingSet
 from toponav.maps.spec import load_map
-from toponav.models.graphnav.preprocess import DepthResampler
+from toponav.models.graphnav.preprocess import FrameReducer, frame_reducer
 from toponav.models.graphnav.presets import Preset, get_preset
 
 __all__ = ["prepare"]
@@ -224,12 +224,12 @@ def _resample_some(
 ) -> None:
     first, numbers, starts = task
     frames = np.lib.format.open_memmap(out / _PARTIAL, "r+")
-    resampler: DepthResampler | None = None
+    resampler: FrameReducer | None = None
     for number, start, stop in zip(numbers, starts[:-1], starts[1:], strict=True):
         path = trajectory_path(dataset, number)
         metadata = read_summary(path)[0]
         if resampler is None or resampler.camera != metadata.camera:
-            resampler = DepthResampler(metadata.camera, preset)
+            resampler = frame_reducer(metadata.camera, preset)
         at = start
         for at, depth_mm in enumerate(depth_images(path), start=start + 1):
             if at > stop:

@@ -28,6 +28,9 @@ from toponav.models.baselines.phasenet import PhaseNet
 from toponav.models.baselines.presets import BehavRNNConfig, PhaseNetConfig
 from toponav.models.graphnav.behavior import BehaviorNetwork
 from toponav.models.graphnav.localization import LocalizationNetwork
+from toponav.models.graphnav.metric.pose_network import PoseNetwork
+from toponav.models.graphnav.metric.presets import PoseConfig, SteeringConfig
+from toponav.models.graphnav.metric.steering import SteeringNetwork
 from toponav.models.graphnav.presets import BehaviorConfig, LocalizationConfig
 
 __all__ = [
@@ -45,13 +48,17 @@ __all__ = [
 
 SCHEMA_VERSION = 1
 
-Network = BehaviorNetwork | LocalizationNetwork | PhaseNet | BehavRNN
+Network = (
+    BehaviorNetwork | LocalizationNetwork | PhaseNet | BehavRNN | PoseNetwork | SteeringNetwork
+)
 
 _REGISTRY: dict[str, tuple[type[Network], type[Any]]] = {
     "behavior": (BehaviorNetwork, BehaviorConfig),
     "localization": (LocalizationNetwork, LocalizationConfig),
     "phasenet": (PhaseNet, PhaseNetConfig),
     "behavrnn": (BehavRNN, BehavRNNConfig),
+    "pose": (PoseNetwork, PoseConfig),
+    "steering": (SteeringNetwork, SteeringConfig),
 }
 _MOST_BYTES = 2 << 30
 _MOST_HEADER_BYTES = 1 << 20

@@ -10,7 +10,7 @@ from toponav.core.camera import PinholeCamera
 from toponav.core.errors import InputError
 from toponav.models.graphnav.presets import ImageSpec
 
-__all__ = ["DepthResampler", "FrameHistory"]
+__all__ = ["DepthResampler", "FrameHistory", "FrameReducer", "frame_reducer"]
 
 _CORNER_TOLERANCE_RAD = math.radians(2.0)
 
@@ -21,6 +21,31 @@ class _ShowsImage(Protocol):
 
     @property
     def image(self) -> ImageSpec: ...
+
+
+@runtime_checkable
+class FrameReducer(Protocol):
+    """Turns a camera's depth frames into what networks see."""
+
+    @property
+    def camera(self) -> PinholeCamera: ...
+
+    def __call__(
+        self, depth_m: Float32[np.ndarray, "height width"]
+    ) -> UInt8[np.ndarray, "rows cols"]: ...
+
+
+def frame_reducer(camera: PinholeCamera, preset: _ShowsImage) -> FrameReducer:
+    """What makes the frames of a preset: a resampler, or a profiler.
+
+    Raises:
+        InputError: The camera does not see what the networks want to see.
+    """
+    if preset.image.projection == "profile":
+        from toponav.models.graphnav.metric.profile import DepthProfiler
+
+        return DepthProfiler(camera, preset)
+    return DepthResampler(camera, preset)
 
 
 class DepthResampler:

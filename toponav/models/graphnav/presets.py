@@ -23,6 +23,7 @@ __all__ = [
     "PresetName",
     "VelocityHeadConfig",
     "get_preset",
+    "profile_image",
 ]
 
 PresetName = Literal["compact", "paper"]
@@ -40,9 +41,10 @@ class ImageSpec:
 
     rows: int
     cols: int
-    projection: Literal["equal_angles", "pinhole"]
+    projection: Literal["equal_angles", "pinhole", "profile"]
     """`equal_angles`: columns uniform in azimuth, rows uniform in elevation. `pinhole`: as
-    the camera gives it."""
+    the camera gives it. `profile`: columns uniform in azimuth, rows are bands of heights
+    (`toponav.models.graphnav.metric.profile`)."""
     hfov_rad: float = math.radians(150.0)
     """Horizontal field of view shown."""
     elevation_rad: float = math.radians(40.0)
@@ -71,7 +73,7 @@ class ImageSpec:
             "ImageSpec",
         )
         _require(
-            self.projection in ("equal_angles", "pinhole")
+            self.projection in ("equal_angles", "pinhole", "profile")
             and self.holes_read_as in ("far", "near"),
             f"unknown projection {self.projection!r} or holes_read_as {self.holes_read_as!r}",
             "ImageSpec",
@@ -266,6 +268,11 @@ def get_preset(name: str) -> Preset:
             f"there is no preset {name!r}", where="--preset", remedy=did_you_mean(name, builders)
         )
     return builders[name]()
+
+
+def profile_image() -> ImageSpec:
+    """What the networks of preset `best` are shown of a depth frame."""
+    return ImageSpec(2, 128, "profile")
 
 
 def _paper_convolutions(outputs: int) -> tuple[Convolution, ...]:

@@ -1,0 +1,1 @@
+"""GraphNav with a pose belief: the parts that know metres."""

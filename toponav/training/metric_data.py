@@ -1,0 +1,198 @@
+"""A training set with what preset `best` derives from it: local maps, odometry, beliefs."""
+
+import functools
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, Int64, UInt8
+
+from toponav.core.files import write_atomically
+from toponav.core.vocabulary import Behavior
+from toponav.data.training_set import TrainingSet
+from toponav.models.graphnav.metric import local_map_kernels as kernels
+from toponav.models.graphnav.metric.batch_kernels import Pages, draw_pages
+from toponav.models.graphnav.metric.local_map import LocalMapConfig
+from toponav.models.graphnav.metric.map_picture import (
+    AHEAD_M,
+    MAP_CHANNELS,
+    PLAN_FEATURES,
+    MapArrays,
+)
+from toponav.models.graphnav.metric.map_picture_kernels import follow_progress
+from toponav.models.graphnav.metric.odometry import CommandOdometry, motion_steps
+from toponav.models.graphnav.metric.profile import bin_azimuths_rad
+from toponav.models.graphnav.presets import ImageSpec
+from toponav.training.samples import first_frames
+
+__all__ = ["Drawn", "MetricData", "draw_beliefs", "pages_of"]
+
+_AHEAD = np.array(AHEAD_M)
+
+
+class MetricData:
+    """Frames with the local map that the robot would have had at each of them.
+
+    The local maps are made once and kept in files beside the cache of profiles.
+
+    Args:
+        directory: Cache written by `prepare` for preset `best`.
+        config: Sizes of the local maps.
+        odometry: The robot's response to commands.
+    """
+
+    def __init__(
+        self,
+        directory: str | Path,
+        config: LocalMapConfig,
+        odometry: CommandOdometry | None = None,
+    ) -> None:
+        self.data = TrainingSet.open(directory)
+        self.config = config
+        self.first: Int64[np.ndarray, " frames"] = first_frames(self.data.trajectory)
+        is_first = self.first == np.arange(len(self.first))
+        self.steps: Float64[np.ndarray, "frames 3"] = motion_steps(
+            self.data.executed, is_first, odometry
+        )
+        self.near, self.far = self._views(Path(directory), is_first)
+        self.progress_m = np.zeros(len(self.first), np.float32)
+        self._maps: dict[int, MapArrays] = {}
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    def arrays_of(self, trajectory: int) -> MapArrays:
+        """Map and plan of a trajectory."""
+        if trajectory not in self._maps:
+            self._maps[trajectory] = MapArrays.of(
+                self.data.map_of(trajectory), self.data.plan_of(trajectory)
+            )
+        return self._maps[trajectory]
+
+    def _views(
+        self, directory: Path, is_first: np.ndarray
+    ) -> tuple[UInt8[np.ndarray, "frames cells cells"], UInt8[np.ndarray, "frames cells cells"]]:
+        """The near and the far views, made where they are not there yet."""
+        config, cells = self.config, self.config.view_cells
+        text = repr((config, self.data.image, len(is_first)))
+        key = hashlib.sha256(text.encode() + self.steps.tobytes()).hexdigest()[:16]
+        paths = [directory / f"local_maps_{name}.npy" for name in ("near", "far")]
+        shape = (len(is_first), cells, cells)
+        stamp = directory / "local_maps.key"
+        if not (stamp.exists() and stamp.read_text() == key):
+            made = [np.lib.format.open_memmap(path, "w+", np.uint8, shape) for path in paths]
+            kernels.replay(
+                np.asarray(self.data.frames),
+                self.steps,
+                is_first,
+                config.cell_m,
+                config.cells,
+                bin_azimuths_rad(ImageSpec(**self.data.image)).astype(np.float64),
+                float(self.data.image["max_depth_m"]),
+                config.reach_m,
+                np.array([config.near_cell_m, config.far_cell_m]),
+                *(np.asarray(views) for views in made),
+            )
+            for views in made:
+                views.flush()
+            write_atomically(stamp, key.encode())
+        near, far = (np.asarray(np.load(path, mmap_mode="r")) for path in paths)
+        return near, far
+
+    @functools.cached_property
+    def pages(self) -> Pages:
+        """The maps and plans of all trajectories, as the kernels want them."""
+        return pages_of([self.arrays_of(number) for number in range(self.data.trajectories)])
+
+    def true_progress(self) -> Float32[np.ndarray, " frames"]:
+        """Metres of the plan behind the true pose, followed along each trajectory."""
+        if not self.progress_m.any():
+            for trajectory in range(self.data.trajectories):
+                rows = self.data.rows_of(trajectory)
+                points, arc = self.arrays_of(trajectory).way()
+                self.progress_m[rows] = follow_progress(points, arc, self.data.pose[rows])
+        return self.progress_m
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What the map and the plan look like from believed poses.
+
+    Attributes:
+        pictures: `[batch, channels, forward, left]`.
+        features: `[batch, PLAN_FEATURES]`.
+        progress_m: Metres of the plan behind each believed pose.
+    """
+
+    pictures: Float32[np.ndarray, "batch channels forward left"]
+    features: Float32[np.ndarray, "batch features"]
+    progress_m: Float64[np.ndarray, " batch"]
+
+
+def draw_beliefs(
+    pages: Pages,
+    page: Int64[np.ndarray, " batch"],
+    believed: Float64[np.ndarray, "batch 3"],
+    bounds_m: Float64[np.ndarray, "batch 2"],
+    cell_m: float,
+    cells: int,
+    *,
+    noise_m: Float64[np.ndarray, "batch nodes 2"] | None = None,
+    mirrored: Bool[np.ndarray, " batch"] | None = None,
+) -> Drawn:
+    """Draw each believed pose on its page.
+
+    Args:
+        pages: Maps and plans.
+        page: Which one each pose is on.
+        believed: x, y, yaw in the map's frame.
+        bounds_m: Metres of the plan between which its progress is sought.
+        cell_m: Side of a pixel.
+        cells: Pixels along a side.
+        noise_m: Moves the nodes.
+        mirrored: Which of them to mirror left to right.
+    """
+    count = len(page)
+    drawn = Drawn(
+        np.empty((count, MAP_CHANNELS, cells, cells), np.float32),
+        np.empty((count, PLAN_FEATURES), np.float32),
+        np.empty(count),
+    )
+    draw_pages(
+        pages,
+        page,
+        believed,
+        np.ascontiguousarray(bounds_m[:, 0]),
+        np.ascontiguousarray(bounds_m[:, 1]),
+        np.empty((count, 0, 2)) if noise_m is None else noise_m,
+        cell_m,
+        _AHEAD,
+        len(Behavior),
+        np.zeros(count, bool) if mirrored is None else mirrored,
+        drawn.pictures,
+        drawn.features,
+        drawn.progress_m,
+    )
+    return drawn
+
+
+def pages_of(arrays: Sequence[MapArrays]) -> Pages:
+    """The maps and plans end to end."""
+
+    def starts(counts: list[int]) -> Int64[np.ndarray, " bounds"]:
+        return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+    behaviors = [np.concatenate([one.behaviors, [0]]).astype(np.int64) for one in arrays]
+    return Pages(
+        starts([len(one.node_xy) for one in arrays]),
+        np.concatenate([one.node_xy for one in arrays]),
+        np.concatenate([one.node_kind for one in arrays]),
+        np.concatenate([one.on_plan for one in arrays]),
+        starts([len(one.edges) for one in arrays]),
+        np.concatenate([one.edges for one in arrays]),
+        starts([len(one.path) for one in arrays]),
+        np.concatenate([one.path for one in arrays]),
+        np.concatenate(behaviors),
+    )
