@@ -1,7 +1,9 @@
 """Topological maps made by machine: from a generator's layout, or from any building."""
 
 from toponav.maps.construct_layout import map_from_layout
+from toponav.maps.construct_scene import map_by_measuring
 from toponav.maps.spec import TopologicalMap
+from toponav.worlds.layout import HallwayLayout
 from toponav.worlds.scene import Scene
 
 __all__ = ["map_from_layout", "map_from_scene"]
@@ -16,5 +18,20 @@ def map_from_scene(scene: Scene, *, use_layout: bool = True) -> TopologicalMap:
     Args:
         scene: The building.
         use_layout: Whether to use a generator's layout where there is one.
+
+    Raises:
+        InputError: When no opening leads from one room to another.
+
+    Example:
+        >>> from toponav.worlds.load.stanford import load_area
+        >>> built = map_from_scene(load_area("graphnav_areas/area_3.yaml"))
+        >>> built.node("WC_2").kind.value
+        'room'
+
+    Reference:
+        Chen et al., A Behavioral Approach to Visual Navigation with Graph Localization
+        Networks, RSS 2019, section IV.
     """
-    return map_from_layout(scene)
+    if use_layout and isinstance(scene.layout, HallwayLayout):
+        return map_from_layout(scene)
+    return map_by_measuring(scene)
