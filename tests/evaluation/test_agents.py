@@ -5,12 +5,15 @@ from tests.evaluation.tiny_building import tiny_map, tiny_scene
 from toponav.core.episode import Observation, Velocity
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
+from toponav.evaluation import agents
 from toponav.evaluation.agents import (
     AGENTS,
+    AgentChoice,
     AgentContext,
     ExpertAgent,
     check_agent_name,
     make_agent,
+    title_of,
 )
 from toponav.evaluation.protocol import Truth
 from toponav.maps.plan import Plan, shortest_plan
@@ -20,8 +23,10 @@ MAP = tiny_map()
 
 
 def test_the_registry_has_the_design_pages_names() -> None:
-    assert set(AGENTS) == {"graphnav", "graphnav_pf", "gtl", "expert"}
-    assert [name for name, spec in AGENTS.items() if spec.is_privileged] == ["gtl", "expert"]
+    drivers = {name for name, spec in AGENTS.items() if not spec.is_probe}
+    assert drivers >= {"graphnav", "graphnav_pf", "gtl", "expert"}
+    privileged = [name for name in drivers if AGENTS[name].is_privileged]
+    assert sorted(privileged) == ["expert", "gtl"]
 
 
 def test_an_unknown_agent_is_refused_with_the_nearest_name() -> None:
@@ -62,3 +67,44 @@ def test_an_expert_without_a_way_stops_and_says_why() -> None:
     image = Observation(np.ones((2, 2), np.float32), 0.0)
     assert agent.act(image) == still
     assert agent.belief().stopped_because == "no way to the goal"
+
+
+def test_a_choice_names_weights_and_settings() -> None:
+    own = "tests.evaluation.stand_ins:spinner"
+    choice = AgentChoice.parse(f"{own}=runs/a,speed=2,label=slow one")
+    assert (choice.agent, choice.weights, choice.label) == (own, "runs/a", "slow one")
+    assert choice.options == (("speed", "2"),)
+    assert AgentChoice.parse("gtl").label == "gtl"
+    assert AgentChoice.parse("gtl,weights=runs/a").weights == "runs/a"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("gtl,particles=3", "gtl has no setting 'particles'"),
+        ("gtl,particles", "'particles' is no setting"),
+        ("gtl=a,weights=b", "'weights=b' is no setting"),
+        ("glt=a", "did you mean 'gtl'"),
+        ("gtl,label=a\nb", "printable"),
+    ],
+)
+def test_a_senseless_choice_is_refused(text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        AgentChoice.parse(text)
+
+
+def test_titles_tell_two_weights_of_one_agent_apart() -> None:
+    assert title_of("graphnav_pf") == "GraphNavPF"
+    assert title_of("graphnav_pf=runs/a") == "GraphNavPF (runs/a)"
+    assert title_of("mine", "graphnav_pf") == "GraphNavPF (mine)"
+    assert title_of("package:factory") == "package:factory"
+
+
+def test_another_kind_of_weights_can_build_the_same_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Spinner()
+    family = agents.WeightsFamily("other", lambda weights: weights == "x", {"gtl": lambda _: made})
+    monkeypatch.setattr(agents, "FAMILIES", (family, *agents.FAMILIES))
+    context = AgentContext(tiny_scene(), MAP, weights="x")
+    assert make_agent("gtl", context) is made
+    with pytest.raises(InputError, match="no graphnav for weights of the kind 'other'"):
+        make_agent("graphnav", context)

@@ -118,14 +118,38 @@ def test_half_a_metre_or_twenty_degrees_in_fifty_steps_is_motion(
 
 
 def test_any_contact_fails() -> None:
-    run = Run()
+    run = Run(JudgeRules(both_collision_rules=False))
     run.step("office_1")
     assert run.step("office_1_door", contact="chair") is Outcome.COLLIDED
     assert run.judge.strict.contact == "chair"
 
 
+def test_a_run_goes_on_after_a_contact_to_be_judged_by_the_softer_rule_too() -> None:
+    run = Run()
+    run.step("office_1")
+    assert run.step("office_1_door", contact="chair") is None
+    judge = run.until_goal("hallway_1-1r").judge
+    assert (judge.strict.outcome, judge.strict.step) == (Outcome.COLLIDED, 2)
+    assert judge.tolerant == judge.strict
+    assert judge.verdict("strict", "stuck").success
+    assert judge.verdict("tolerant", "stuck").contact is None
+
+
+def test_the_verdicts_do_not_depend_on_whether_the_run_goes_on() -> None:
+    alone, both = Run(JudgeRules(both_collision_rules=False)), Run()
+    for run in (alone, both):
+        for node, contact in (("office_1", None), (ASTRAY, None), ("office_1_door", "wall")):
+            run.step(node, contact=contact)
+    assert alone.judge.finished
+    assert not both.judge.finished
+    assert (alone.judge.strict, alone.judge.tolerant) == (both.judge.strict, both.judge.tolerant)
+
+
 def test_contact_at_the_goal_fails() -> None:
-    assert Run().step("office_2", contact="door") is Outcome.COLLIDED
+    run = Run()
+    assert run.step("office_2", contact="door") is Outcome.SUCCESS
+    assert run.judge.strict.outcome is Outcome.COLLIDED
+    assert run.judge.verdict("strict", "stuck").success
 
 
 def test_the_softer_rule_overlooks_contact() -> None:
@@ -147,6 +171,7 @@ def test_a_deviated_run_that_then_collides_has_both_verdicts() -> None:
     run.step(ASTRAY, contact="wall")
     assert run.judge.strict.outcome is Outcome.DEVIATED
     assert run.judge.tolerant.outcome is Outcome.COLLIDED
+    assert run.judge.tolerant.failed_edge == 0
 
 
 def test_three_times_the_nominal_time_is_a_timeout() -> None:

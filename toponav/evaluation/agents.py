@@ -1,34 +1,33 @@
-"""The registry of agents, and the two that use the truth on purpose: GTL and the expert."""
+"""The registry of agents: what each name means, and how a command line chooses among them."""
 
-import dataclasses
 import importlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any
 
 from toponav.core.camera import PinholeCamera
-from toponav.core.episode import Agent, Belief, Observation, Velocity, VelocityLimits
+from toponav.core.episode import Agent, VelocityLimits
 from toponav.core.errors import InputError, did_you_mean
-from toponav.core.geometry import Pose2
-from toponav.core.vocabulary import Behavior
-from toponav.evaluation.protocol import Truth
-from toponav.maps.plan import Plan
+from toponav.evaluation.privileged import ExpertAgent, GroundTruthLocationAgent
 from toponav.maps.spec import TopologicalMap
 from toponav.maps.task import NavigationTask
-from toponav.navigation.graphnav.behavior_selection import BehaviorSelector
 
 if TYPE_CHECKING:
     from toponav.worlds.scene import Scene
 
 __all__ = [
     "AGENTS",
+    "FAMILIES",
+    "AgentChoice",
     "AgentContext",
     "AgentSpec",
     "ExpertAgent",
     "GroundTruthLocationAgent",
+    "WeightsFamily",
     "check_agent_name",
     "check_weights",
     "make_agent",
+    "title_of",
 ]
 
 
@@ -43,6 +42,7 @@ class AgentContext:
         limits: What the robot can do.
         weights: Folder or preset of the networks; None is what ships with the package.
         seed: Seed of the agent's random numbers.
+        options: Settings given with the agent's name, as text (`graphnav_pf,particles=300`).
     """
 
     scene: "Scene"
@@ -51,129 +51,10 @@ class AgentContext:
     limits: VelocityLimits = field(default_factory=VelocityLimits)
     weights: str | None = None
     seed: int = 0
+    options: Mapping[str, str] = field(default_factory=dict)
 
 
-@runtime_checkable
-class Driver(Protocol):
-    """Executes one behaviour at a time (`toponav.navigation.graphnav.driver.BehaviorDriver`)."""
-
-    stopped_because: str
-    """Why it stopped the robot by itself, or an empty string."""
-
-    def reset(self) -> None:
-        """Forget the frames seen so far."""
-
-    def drive(self, behavior: Behavior, observation: Observation) -> Velocity:
-        """The command of the behaviour's network."""
-
-
-@runtime_checkable
-class PathPlanner(Protocol):
-    """A driver that knows the floor plan (`toponav.data.expert.Expert`)."""
-
-    def reset(self, plan: Plan, pose: Pose2) -> None:
-        """Prepare to follow a plan."""
-
-    def act(self, pose: Pose2, velocity: Velocity) -> Velocity:
-        """The command for this control step."""
-
-
-class GroundTruthLocationAgent:
-    """GTL: GraphNav's behaviour networks, told the true node at every step.
-
-    Off the plan, and where no node fits, it keeps the last valid behaviour, as GraphNav does
-    with a localization off the plan. It shows what the behaviour networks are worth without
-    localization errors.
-
-    Reference:
-        GraphNav, section VII, "GTL".
-    """
-
-    def __init__(self, driver: Driver) -> None:
-        self._driver = driver
-        self._selector: BehaviorSelector | None = None
-        self._truth: Truth | None = None
-        self._belief = Belief()
-
-    def reset(self, task: NavigationTask) -> None:
-        """Begin an episode."""
-        self._driver.reset()
-        self._selector = BehaviorSelector(task)
-        self._truth = None
-        self._belief = Belief()
-
-    def reseed(self, seed: int) -> None:
-        """Nothing here is random."""
-
-    def observe_truth(self, truth: Truth) -> None:
-        """Take note of the true node."""
-        self._truth = truth
-
-    def act(self, observation: Observation) -> Velocity:
-        """The command of the behaviour that the plan wants at the true node."""
-        assert self._selector is not None, "reset the agent first"
-        assert self._truth is not None, "show the agent the truth first"
-        behavior = self._selector.select(self._truth.node)
-        command = self._driver.drive(behavior, observation)
-        self._belief = Belief(
-            self._truth.node,
-            self._truth.edge,
-            behavior,
-            stopped_because=self._driver.stopped_because,
-        )
-        return command
-
-    def belief(self) -> Belief:
-        """The truth, and the behaviour selected from it."""
-        return self._belief
-
-
-class ExpertAgent:
-    """The planner that recorded the training data, driving with the floor plan.
-
-    It is the ceiling: what it fails, the map and the protocol make hard for everyone.
-    """
-
-    def __init__(self, planner: PathPlanner) -> None:
-        self._planner = planner
-        self._plan: Plan | None = None
-        self._is_placed = False
-        self._truth: Truth | None = None
-        self._belief = Belief()
-
-    def reset(self, task: NavigationTask) -> None:
-        """Begin an episode."""
-        self._plan = task.plan
-        self._is_placed = False
-        self._truth = None
-        self._belief = Belief()
-
-    def reseed(self, seed: int) -> None:
-        """Nothing here is random."""
-
-    def observe_truth(self, truth: Truth) -> None:
-        """Take note of the true pose."""
-        self._truth = truth
-
-    def act(self, observation: Observation) -> Velocity:
-        """The planner's command at the true pose; the image is not looked at."""
-        assert self._plan is not None, "reset the agent first"
-        assert self._truth is not None, "show the agent the truth first"
-        truth = self._truth
-        self._belief = Belief(truth.node, truth.edge, truth.behavior)
-        try:
-            if not self._is_placed:
-                self._planner.reset(self._plan, truth.pose)
-                self._is_placed = True
-            return self._planner.act(truth.pose, truth.velocity)
-        except InputError as error:
-            # No way to the goal from here: that is a failed episode, not a failed evaluation.
-            self._belief = dataclasses.replace(self._belief, stopped_because=error.rule)
-            return Velocity(0.0, 0.0)
-
-    def belief(self) -> Belief:
-        """The truth."""
-        return self._belief
+Builder = Callable[[AgentContext], Agent[NavigationTask]]
 
 
 @dataclass(frozen=True)
@@ -185,19 +66,111 @@ class AgentSpec:
         build: Makes the agent.
         is_learned: Whether it has weights.
         is_privileged: Whether it is shown the truth.
+        is_probe: Whether it only measures something while another drives; tables of success
+            leave it out.
+        options: Names of the settings that it takes.
     """
 
     title: str
-    build: Callable[[AgentContext], Agent[NavigationTask]]
+    build: Builder
     is_learned: bool = True
     is_privileged: bool = False
+    is_probe: bool = False
+    options: frozenset[str] = frozenset()
 
 
-def _graphnav(context: AgentContext) -> Agent[NavigationTask]:
+@dataclass(frozen=True)
+class AgentChoice:
+    """An agent as it is chosen for an evaluation: name, weights, settings, and a label.
+
+    Attributes:
+        agent: Name in the registry, or `module:factory`.
+        weights: Its own folder or preset of weights; None is what the evaluation says.
+        options: Settings of the agent, as names and values.
+        label: Name in the results.
+    """
+
+    agent: str
+    weights: str | None = None
+    options: tuple[tuple[str, str], ...] = ()
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.label:
+            weights = f"={self.weights}" if self.weights else ""
+            options = "".join(f",{name}={value}" for name, value in self.options)
+            object.__setattr__(self, "label", f"{self.agent}{weights}{options}")
+        if not self.label.isprintable() or len(self.label) > 120:
+            raise InputError(
+                f"a label is up to 120 printable characters, got {self.label[:40]!r}",
+                where="--agent",
+                remedy="give a shorter one with ,label=NAME",
+            )
+        check_agent_name(self.agent)
+        self._check_options()
+
+    @staticmethod
+    def parse(text: str) -> "AgentChoice":
+        """What `NAME`, `NAME=WEIGHTS` or `NAME=WEIGHTS,setting=value,label=LABEL` says.
+
+        Example:
+            >>> choice = AgentChoice.parse("graphnav_pf=compact,particles=300")
+            >>> choice.agent, choice.weights, choice.options
+            ('graphnav_pf', 'compact', (('particles', '300'),))
+            >>> choice.label
+            'graphnav_pf=compact,particles=300'
+        """
+        first, *rest = text.split(",")
+        name, _, weights = first.partition("=")
+        options: dict[str, str] = {"weights": weights} if weights else {}
+        for part in rest:
+            key, equals, value = part.partition("=")
+            if not equals or not key or not value or key in options:
+                raise InputError(
+                    f"'{part}' is no setting of its own",
+                    where=f"--agent {text}",
+                    remedy="write NAME=WEIGHTS,setting=value,label=LABEL; all but NAME may be "
+                    "left out",
+                )
+            options[key] = value
+        own, label = options.pop("weights", None), options.pop("label", "")
+        return AgentChoice(name, own, tuple(options.items()), label)
+
+    @property
+    def spec(self) -> AgentSpec | None:
+        """The agent's line in the registry, or None for one of the user's own."""
+        return AGENTS.get(self.agent)
+
+    def _check_options(self) -> None:
+        known = self.spec.options if self.spec is not None else None
+        for name, _ in self.options:
+            if known is not None and name not in known:
+                hint = did_you_mean(name, known) if known else "It takes none."
+                raise InputError(
+                    f"{self.agent} has no setting '{name}'", where="--agent", remedy=hint
+                )
+
+
+@dataclass(frozen=True)
+class WeightsFamily:
+    """What the names graphnav, graphnav_pf and gtl mean for one kind of weights.
+
+    Attributes:
+        name: Name of the kind.
+        owns: Whether weights (a folder, a preset, or None for what ships) are of this kind.
+        builders: How to build each agent of the registry from them.
+    """
+
+    name: str
+    owns: Callable[[str | None], bool]
+    builders: Mapping[str, Builder]
+
+
+def _crop_graphnav(context: AgentContext) -> Agent[NavigationTask]:
     return _load_graphnav(context, particle_filter=False)
 
 
-def _graphnav_pf(context: AgentContext) -> Agent[NavigationTask]:
+def _crop_graphnav_pf(context: AgentContext) -> Agent[NavigationTask]:
     return _load_graphnav(context, particle_filter=True)
 
 
@@ -213,10 +186,49 @@ def _load_graphnav(context: AgentContext, *, particle_filter: bool) -> Agent[Nav
     return agent
 
 
-def _gtl(context: AgentContext) -> Agent[NavigationTask]:
+def _crop_gtl(context: AgentContext) -> Agent[NavigationTask]:
     from toponav.navigation.graphnav.driver import load_driver
 
     return GroundTruthLocationAgent(load_driver(context.weights, camera=context.camera))
+
+
+CROP_FAMILY = WeightsFamily(
+    "crop",
+    lambda weights: True,
+    {"graphnav": _crop_graphnav, "graphnav_pf": _crop_graphnav_pf, "gtl": _crop_gtl},
+)
+"""The paper's scheme: a network that names an edge in a crop of the map."""
+
+FAMILIES: Sequence[WeightsFamily] = (CROP_FAMILY,)
+"""Kinds of weights; the first that owns the weights builds the agents. Others go in front."""
+
+
+def _by_family(name: str) -> Builder:
+    def build(context: AgentContext) -> Agent[NavigationTask]:
+        family = next(one for one in FAMILIES if one.owns(context.weights))
+        if name not in family.builders:
+            raise InputError(
+                f"there is no {name} for weights of the kind '{family.name}'",
+                where="--agent",
+                remedy=f"with these weights use {', '.join(sorted(family.builders))}",
+            )
+        return family.builders[name](context)
+
+    return build
+
+
+def _phasenet(context: AgentContext) -> Agent[NavigationTask]:
+    from toponav.navigation.baselines.phasenet_agent import load_phasenet_agent
+
+    agent: Agent[NavigationTask] = load_phasenet_agent(context.weights, camera=context.camera)
+    return agent
+
+
+def _behavrnn(context: AgentContext) -> Agent[NavigationTask]:
+    from toponav.navigation.baselines.behavrnn_agent import load_behavrnn_agent
+
+    agent: Agent[NavigationTask] = load_behavrnn_agent(context.weights, camera=context.camera)
+    return agent
 
 
 def _expert(context: AgentContext) -> Agent[NavigationTask]:
@@ -226,12 +238,14 @@ def _expert(context: AgentContext) -> Agent[NavigationTask]:
 
 
 AGENTS: Mapping[str, AgentSpec] = {
-    "graphnav": AgentSpec("GraphNav", _graphnav),
-    "graphnav_pf": AgentSpec("GraphNavPF", _graphnav_pf),
-    "gtl": AgentSpec("GTL", _gtl, is_privileged=True),
+    "phasenet": AgentSpec("PhaseNet", _phasenet),
+    "behavrnn": AgentSpec("BehavRNN", _behavrnn),
+    "graphnav": AgentSpec("GraphNav", _by_family("graphnav")),
+    "graphnav_pf": AgentSpec("GraphNavPF", _by_family("graphnav_pf")),
+    "gtl": AgentSpec("GTL", _by_family("gtl"), is_privileged=True),
     "expert": AgentSpec("Expert", _expert, is_learned=False, is_privileged=True),
 }
-"""Every agent of the GraphNav suite by name. PhaseNet and BehavRNN are yet to come."""
+"""Every agent of the GraphNav suite by name, in the order of the tables."""
 
 
 def check_agent_name(name: str) -> None:
@@ -279,7 +293,29 @@ def make_agent(name: str, context: AgentContext) -> Agent[NavigationTask]:
     return AGENTS[name].build(context)
 
 
-def _imported_factory(name: str) -> Callable[[AgentContext], Agent[NavigationTask]]:
+def title_of(label: str, agent: str | None = None) -> str:
+    """An agent's name for tables: the registry's title, and what tells it from others.
+
+    Args:
+        label: Its name in the results.
+        agent: Its name in the registry, where known.
+
+    Example:
+        >>> title_of("graphnav_pf"), title_of("graphnav_pf=runs/best")
+        ('GraphNavPF', 'GraphNavPF (runs/best)')
+    """
+    base, distinct = label, ""
+    for separator in ("=", ","):
+        head, found, tail = label.partition(separator)
+        if found and len(head) < len(base):
+            base, distinct = head, tail
+    if base in AGENTS:
+        return AGENTS[base].title + (f" ({distinct})" if distinct else "")
+    known = AGENTS.get(agent or "")
+    return f"{known.title} ({label})" if known is not None else label
+
+
+def _imported_factory(name: str) -> Builder:
     module_name, _, attribute = name.partition(":")
     try:
         factory: Any = getattr(importlib.import_module(module_name), attribute)
@@ -295,5 +331,5 @@ def _imported_factory(name: str) -> Callable[[AgentContext], Agent[NavigationTas
             where="--agent",
             remedy="name a function that takes an AgentContext and returns an agent",
         )
-    made: Callable[[AgentContext], Agent[NavigationTask]] = factory
+    made: Builder = factory
     return made

@@ -12,6 +12,7 @@ from toponav.core.errors import InputError
 from toponav.evaluation.agents import check_agent_name
 from toponav.evaluation.episode import EpisodeRecord, StepView
 from toponav.evaluation.metrics import suite_results
+from toponav.evaluation.protocol import JudgeRules
 from toponav.evaluation.provenance import hash_of_weights, library_versions, source_commit
 from toponav.evaluation.records import write_atomically, write_episode_table, write_step_table
 from toponav.evaluation.report.film import FilmStep, film_frames, write_film
@@ -122,7 +123,10 @@ def run_demo(config: DemoConfig, progress: Progress | None = None) -> DemoResult
     scene = generate_office(config.office_seed, "medium")
     map_ = map_from_layout(scene)
     chosen = Suite(scene.name, scene, map_, _choose_plans(scene, config))
-    worker = EpisodeWorker(chosen, RunSettings(weights=config.weights, seed=config.seed))
+    # The film and the page end where the run failed.
+    rules = JudgeRules(both_collision_rules=False)
+    settings = RunSettings(weights=config.weights, rules=rules, seed=config.seed)
+    worker = EpisodeWorker(chosen, settings)
     records, drives = _drive_all(config, worker, report_progress)
     hero = _pick_hero(drives)
     assert hero.record is not None

@@ -10,7 +10,14 @@ from typing import Protocol, runtime_checkable
 from toponav.core.episode import Agent, Belief, Observation, Velocity
 from toponav.core.geometry import Pose2
 from toponav.core.vocabulary import Behavior
-from toponav.evaluation.protocol import EpisodeJudge, Truth, Verdict
+from toponav.evaluation.protocol import (
+    DEVIATION_RULES,
+    CollisionRule,
+    DeviationRule,
+    EpisodeJudge,
+    Truth,
+    Verdict,
+)
 from toponav.maps.plan import Plan
 from toponav.maps.task import NavigationTask
 
@@ -132,7 +139,10 @@ class EpisodeRecord:
         tolerant: Verdict by the softer rule.
         timeout_s: When the run would have timed out.
         wall_s: Wall time of the run.
-        steps: Every control step.
+        steps: Every control step, until the last verdict.
+        collisions: The rule on contacts behind `strict` and `tolerant`.
+        by_other_collision_rule: Strict and tolerant verdict of the same run by the other rule
+            on contacts, where it was judged by both.
     """
 
     agent: str
@@ -145,14 +155,35 @@ class EpisodeRecord:
     timeout_s: float
     wall_s: float
     steps: tuple[Step, ...]
+    collisions: CollisionRule = "fail"
+    by_other_collision_rule: tuple[Verdict, Verdict] | None = None
 
     @property
     def driven_m(self) -> float:
-        """Distance driven, in metres."""
+        """Distance driven until the tolerant verdict, in metres."""
         return sum(
             math.hypot(after.x_m - before.x_m, after.y_m - before.y_m)
-            for before, after in itertools.pairwise(self.steps)
+            for before, after in itertools.pairwise(self.judged_steps("tolerant"))
         )
+
+    def verdict(
+        self, deviation: DeviationRule, collisions: CollisionRule | None = None
+    ) -> Verdict | None:
+        """How the run ended by these rules, or None where it was not judged by them.
+
+        Args:
+            deviation: Rule on leaving the plan.
+            collisions: Rule on contacts; the record's own if None.
+        """
+        own = (self.strict, self.tolerant)
+        is_own = collisions in (None, self.collisions)
+        found = own if is_own else self.by_other_collision_rule
+        return None if found is None else found[0 if deviation == "strict" else 1]
+
+    def judged_steps(self, deviation: DeviationRule) -> tuple[Step, ...]:
+        """The steps until the verdict; what came after counts for softer rules only."""
+        verdict = self.strict if deviation == "strict" else self.tolerant
+        return self.steps[: verdict.step]
 
 
 @dataclass(frozen=True)
@@ -177,7 +208,7 @@ def run_episode(
     transitions: tuple[str, ...] = (),
     on_step: Callable[[StepView], None] | None = None,
 ) -> EpisodeRecord:
-    """The record of one run, from the start pose to the tolerant verdict.
+    """The record of one run, from the start pose to the last of its verdicts.
 
     Agents that have `observe_truth` are shown the truth before each `act`; no other agent
     can reach it.
@@ -226,7 +257,15 @@ def run_episode(
         timeout_s=judge.timeout_s,
         wall_s=time.perf_counter() - began_s,
         steps=tuple(steps),
+        collisions=judge.rules.collisions,
+        by_other_collision_rule=_by_other_rule(judge),
     )
+
+
+def _by_other_rule(judge: EpisodeJudge) -> tuple[Verdict, Verdict] | None:
+    other: CollisionRule = "stuck" if judge.rules.collisions == "fail" else "fail"
+    strict, tolerant = (judge.verdicts.get((rule, other)) for rule in DEVIATION_RULES)
+    return (strict, tolerant) if strict is not None and tolerant is not None else None
 
 
 def _step(

@@ -3,20 +3,27 @@
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from toponav.core.vocabulary import Behavior, Difficulty, Outcome
-from toponav.evaluation.episode import EpisodeRecord, Step
-from toponav.evaluation.protocol import Verdict
+from toponav.evaluation.episode import EpisodeRecord
+from toponav.evaluation.protocol import (
+    COLLISION_RULES,
+    DEVIATION_RULES,
+    CollisionRule,
+    DeviationRule,
+    Verdict,
+)
 
-__all__ = ["Rule", "agent_results", "suite_results", "wilson_interval"]
+__all__ = ["FAILURES", "Rule", "agent_results", "suite_results", "wilson_interval"]
 
-Rule = Literal["strict", "tolerant"]
+Rule = DeviationRule
 
 _Z95 = 1.959963984540054
 _EXPERT = "expert"
+FAILURES = tuple(outcome for outcome in Outcome if outcome is not Outcome.SUCCESS)
 
 
 def wilson_interval(successes: int, trials: int, z: float = _Z95) -> tuple[float, float] | None:
@@ -76,6 +83,12 @@ def agent_results(
     return {
         **_by_rule(records, "strict", expert),
         "tolerant": _by_rule(records, "tolerant", expert),
+        "collisions": records[0].collisions,
+        "by_collision_rule": {
+            rule: {deviation: _by_rules(records, deviation, rule) for deviation in DEVIATION_RULES}
+            for rule in COLLISION_RULES
+        },
+        "episode_s": wall_s / len(records),
         "steps_per_second": steps / wall_s if wall_s > 0 else None,
         "act_ms_p50": float(np.percentile(act_ms, 50)) if len(act_ms) else None,
         "act_ms_p99": float(np.percentile(act_ms, 99)) if len(act_ms) else None,
@@ -98,9 +111,27 @@ def _by_rule(
     if expert is not None:
         feasible = {record.index for record in expert if _verdict(record, rule).success}
         chosen = [_verdict(record, rule) for record in records if record.index in feasible]
+        feasible_success = _success(chosen)
+        results["expert_success_rate"] = len(feasible) / len(expert) if expert else None
         results["expert_feasible_episodes"] = len(chosen)
-        results["success_on_expert_feasible"] = _success(chosen)["success_rate"]
+        results["success_on_expert_feasible"] = feasible_success["success_rate"]
+        results["success_on_expert_feasible_ci95"] = feasible_success["success_ci95"]
     return results
+
+
+def _by_rules(
+    records: Sequence[EpisodeRecord], deviation: DeviationRule, collisions: CollisionRule
+) -> dict[str, Any] | None:
+    """Success and outcomes by one pair of rules; None where a run was not judged by them."""
+    verdicts = [record.verdict(deviation, collisions) for record in records]
+    known = [verdict for verdict in verdicts if verdict is not None]
+    if len(known) < len(verdicts):
+        return None
+    outcomes = Counter(verdict.outcome for verdict in known)
+    return {
+        **_success(known),
+        "outcomes": {str(outcome): outcomes[outcome] for outcome in Outcome},
+    }
 
 
 def _verdict(record: EpisodeRecord, rule: Rule) -> Verdict:
@@ -111,14 +142,24 @@ def _success(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     successes = sum(verdict.success for verdict in verdicts)
     count = len(verdicts)
     interval = wilson_interval(successes, count)
+    completion = [verdict.plan_completion for verdict in verdicts]
     return {
         "episodes": count,
         "success_rate": successes / count if count else None,
         "success_ci95": None if interval is None else list(interval),
-        "plan_completion": (
-            sum(verdict.plan_completion for verdict in verdicts) / count if count else None
-        ),
+        "plan_completion": sum(completion) / count if count else None,
+        "plan_completion_ci95": _interval_of_mean(completion),
     }
+
+
+def _interval_of_mean(values: Sequence[float]) -> list[float] | None:
+    """95 % interval of the mean of shares, by the normal approximation; None below two."""
+    if len(values) < 2:
+        return None
+    mean = sum(values) / len(values)
+    variance = sum((value - mean) ** 2 for value in values) / (len(values) - 1)
+    half = _Z95 * math.sqrt(variance / len(values))
+    return [max(0.0, mean - half), min(1.0, mean + half)]
 
 
 def _by_difficulty(records: Sequence[EpisodeRecord], rule: Rule) -> dict[str, Any]:
@@ -137,21 +178,27 @@ def _by_difficulty(records: Sequence[EpisodeRecord], rule: Rule) -> dict[str, An
 def _by_behavior(records: Sequence[EpisodeRecord], rule: Rule) -> dict[str, Any]:
     """Per behaviour: plan edges attempted and passed, and how often it was rightly chosen."""
     attempts, passes = _count_edges(records, rule, lambda record: map(str, record.behaviors))
-    asked: Counter[str] = Counter()
-    right: Counter[str] = Counter()
+    failed: Counter[tuple[str, Outcome]] = Counter()
     for record in records:
-        for step in _judged_steps(record, rule):
-            if step.true_behavior is not None:
-                asked[step.true_behavior] += 1
-                right[step.true_behavior] += step.behavior == step.true_behavior
+        verdict = _verdict(record, rule)
+        if verdict.failed_edge is not None:
+            failed[str(record.behaviors[verdict.failed_edge]), verdict.outcome] += 1
     return {
         name: {
             "attempts": attempts[name],
             **_rate(passes[name], attempts[name]),
-            "prediction_steps": asked[name],
-            "prediction_accuracy": right[name] / asked[name] if asked[name] else None,
+            "failures": {str(why): failed[name, why] for why in FAILURES},
+            **_prediction([_rightly_chosen(record, rule, name) for record in records]),
         }
         for name in map(str, Behavior)
+    }
+
+
+def _prediction(counts: Sequence[tuple[int, int]]) -> dict[str, Any]:
+    return {
+        "prediction_steps": sum(count for _, count in counts),
+        "prediction_accuracy": _share(counts),
+        "prediction_ci95": _clustered_interval(counts),
     }
 
 
@@ -189,21 +236,48 @@ def _rate(passes: int, attempts: int) -> dict[str, Any]:
     }
 
 
-def _judged_steps(record: EpisodeRecord, rule: Rule) -> tuple[Step, ...]:
-    return record.steps[: _verdict(record, rule).step]
+def _rightly_chosen(record: EpisodeRecord, rule: Rule, behavior: str) -> tuple[int, int]:
+    """Steps at which the behaviour was chosen when it was the true one, and all such steps."""
+    steps = [step for step in record.judged_steps(rule) if step.true_behavior == behavior]
+    return sum(step.behavior == behavior for step in steps), len(steps)
 
 
 def _localization(records: Sequence[EpisodeRecord], rule: Rule) -> dict[str, Any]:
     """How often the believed edge, and the believed node, is the true one on the plan."""
-    known = edges_right = nodes_right = 0
+    edges, nodes = [], []
     for record in records:
-        for step in _judged_steps(record, rule):
-            if step.true_edge is None:
-                continue
-            known += 1
-            edges_right += step.believed_edge == step.true_edge
-            nodes_right += step.believed_node == step.true_node
+        steps = [step for step in record.judged_steps(rule) if step.true_edge is not None]
+        edges.append((sum(s.believed_edge == s.true_edge for s in steps), len(steps)))
+        nodes.append((sum(s.believed_node == s.true_node for s in steps), len(steps)))
     return {
-        "localization_accuracy": edges_right / known if known else None,
-        "node_localization_accuracy": nodes_right / known if known else None,
+        "localization_accuracy": _share(edges),
+        "localization_ci95": _clustered_interval(edges),
+        "localization_steps": sum(count for _, count in edges),
+        "node_localization_accuracy": _share(nodes),
     }
+
+
+def _share(counts: Sequence[tuple[int, int]]) -> float | None:
+    total = sum(count for _, count in counts)
+    return sum(right for right, _ in counts) / total if total else None
+
+
+def _clustered_interval(counts: Sequence[tuple[int, int]]) -> list[float] | None:
+    """95 % interval of a share of steps, where the steps of one episode hang together.
+
+    The ratio estimator's variance over episodes; None with fewer than two of them.
+
+    Args:
+        counts: Steps that were right, and all steps, of each episode.
+
+    Reference:
+        Cochran 1977, "Sampling Techniques", section 3.12: cluster sampling for proportions.
+    """
+    known = [(right, count) for right, count in counts if count]
+    share = _share(known)
+    if share is None or len(known) < 2:
+        return None
+    mean = sum(count for _, count in known) / len(known)
+    spread = sum((right - share * count) ** 2 for right, count in known) / (len(known) - 1)
+    half = _Z95 * math.sqrt(spread / len(known)) / mean
+    return [max(0.0, share - half), min(1.0, share + half)]

@@ -5,6 +5,7 @@ Definitions that the paper leaves open are in `JudgeRules`; docs/papers/graphnav
 
 import math
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
@@ -16,6 +17,10 @@ from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap
 
 __all__ = [
+    "COLLISION_RULES",
+    "DEVIATION_RULES",
+    "CollisionRule",
+    "DeviationRule",
     "EpisodeJudge",
     "JudgeRules",
     "NodeLocalizer",
@@ -23,6 +28,15 @@ __all__ = [
     "Verdict",
     "nominal_time_s",
 ]
+
+CollisionRule = Literal["fail", "stuck"]
+"""`fail`: any contact but the floor ends a run. `stuck`: contact only matters if the robot then
+stops moving, as in the authors' code."""
+DeviationRule = Literal["strict", "tolerant"]
+"""`strict`: one step off the plan ends a run. `tolerant`: a second off the plan does."""
+
+COLLISION_RULES: tuple[CollisionRule, ...] = ("fail", "stuck")
+DEVIATION_RULES: tuple[DeviationRule, ...] = ("strict", "tolerant")
 
 
 @runtime_checkable
@@ -37,9 +51,10 @@ class NodeLocalizer(Protocol):
 class JudgeRules:
     """What ends an episode (design page, "GraphNav protocol")."""
 
-    collisions: Literal["fail", "stuck"] = "fail"
-    """`fail`: any contact but the floor ends the run. `stuck`: it only matters if the robot
-    then stops moving, as in the authors' code."""
+    collisions: CollisionRule = "fail"
+    """The rule on contacts behind the verdicts called `strict` and `tolerant`."""
+    both_collision_rules: bool = True
+    """Whether a run goes on after a contact until it is judged by the softer rule too."""
     tolerance_steps: int = 5
     """Consecutive steps off the plan that fail the tolerant rule (1 s at 5 Hz)."""
     stuck_steps: int = 50
@@ -128,6 +143,11 @@ class Verdict:
         return self.nodes_reached / self.plan_nodes
 
     @property
+    def failed_edge(self) -> int | None:
+        """Position in the plan of the edge on which the run ended; None after a success."""
+        return None if self.success else self.edges_attempted - 1
+
+    @property
     def edges_attempted(self) -> int:
         """Plan edges begun, from the first: those passed and the one where the run ended."""
         return min(self.nodes_reached, self.plan_nodes - 1)
@@ -162,13 +182,13 @@ def nominal_time_s(
 
 
 class EpisodeJudge:
-    """Follows one run and says how it ended, by the strict and by the tolerant rule.
+    """Follows one run and says how it ended, by both rules on deviation and both on contact.
 
     The strict rule fails at the first step whose true node is not in the plan; the tolerant
     rule after five consecutive ones. A step without a true node is evidence of neither: it
     is never a deviation (as in the authors' code) and does not interrupt a count. The run
-    goes on until the tolerant verdict, which is the later of the two. At one step, contact
-    comes before success, then deviation, stuck and timeout.
+    goes on until the last verdict is in. At one step, contact comes before success, then
+    deviation, stuck and timeout.
 
     Args:
         map_: The topological map.
@@ -203,28 +223,41 @@ class EpisodeJudge:
         self._recent = deque([start], maxlen=self.rules.stuck_steps + 1)
         self._off_plan_steps = 0
         self._furthest = 0
-        self._strict: Verdict | None = None
-        self._tolerant: Verdict | None = None
+        self._verdicts: dict[tuple[DeviationRule, CollisionRule], Verdict] = {}
+        own = self.rules.collisions
+        softest: CollisionRule = "stuck" if self.rules.both_collision_rules else own
+        self._last: tuple[DeviationRule, CollisionRule] = ("tolerant", softest)
         self.step = 0
         self.node: str | None = plan.nodes[0]
         """True node after the last update; the plan's first node before any."""
 
     @property
     def finished(self) -> bool:
-        """Whether the run is over: both verdicts are in."""
-        return self._tolerant is not None
+        """Whether the run is over: all verdicts are in."""
+        return self._last in self._verdicts
 
     @property
     def strict(self) -> Verdict:
         """The verdict by the paper's rule: one step off the plan fails."""
-        assert self._strict is not None, "the strict verdict is not in yet"
-        return self._strict
+        return self.verdict("strict")
 
     @property
     def tolerant(self) -> Verdict:
         """The verdict by the softer rule: a second off the plan fails."""
-        assert self._tolerant is not None, "the run is not over yet"
-        return self._tolerant
+        return self.verdict("tolerant")
+
+    def verdict(
+        self, deviation: DeviationRule, collisions: CollisionRule | None = None
+    ) -> Verdict:
+        """The verdict by these rules; on contacts the judge's own rule if none is named."""
+        found = self._verdicts.get((deviation, collisions or self.rules.collisions))
+        assert found is not None, f"the {deviation} verdict is not in yet"
+        return found
+
+    @property
+    def verdicts(self) -> Mapping[tuple[DeviationRule, CollisionRule], Verdict]:
+        """Every verdict that is in, by rule on deviation and rule on contact."""
+        return self._verdicts
 
     def truth(self, pose: Pose2, velocity: Velocity) -> Truth:
         """What privileged agents may know now; call it with the pose of the last update."""
@@ -248,23 +281,27 @@ class EpisodeJudge:
             time_s: Seconds since the episode began.
 
         Returns:
-            The tolerant outcome once the run is over, else None.
+            The outcome by the softest rules once the run is over, else None.
         """
         assert not self.finished, "the run is over"
         self.step += 1
         self._recent.append(pose)
         self.node = self._localizer.node_at(pose)
         self._count_progress()
-        off_plan = self.node is not None and self.node not in self._index
-        strict = self._outcome(contact, time_s, deviated=off_plan)
-        outcome = self._outcome(
-            contact, time_s, deviated=self._off_plan_steps >= self.rules.tolerance_steps
-        )
-        if self._strict is None and strict is not None:
-            self._strict = self._verdict(strict, contact, time_s)
-        if outcome is not None:
-            self._tolerant = self._verdict(outcome, contact, time_s)
-        return outcome
+        deviated: dict[DeviationRule, bool] = {
+            "strict": self.node is not None and self.node not in self._index,
+            "tolerant": self._off_plan_steps >= self.rules.tolerance_steps,
+        }
+        for deviation in DEVIATION_RULES:
+            for collisions in COLLISION_RULES:
+                if (deviation, collisions) in self._verdicts:
+                    continue
+                touched = contact is not None and collisions == "fail"
+                outcome = self._outcome(touched, time_s, deviated=deviated[deviation])
+                if outcome is not None:
+                    found = self._verdict(outcome, contact, time_s)
+                    self._verdicts[deviation, collisions] = found
+        return self._verdicts[self._last].outcome if self.finished else None
 
     def _count_progress(self) -> None:
         if self.node is None:
@@ -276,9 +313,9 @@ class EpisodeJudge:
             self._off_plan_steps = 0
             self._furthest = max(self._furthest, index)
 
-    def _outcome(self, contact: str | None, time_s: float, *, deviated: bool) -> Outcome | None:
-        """What ends the run at this step under one rule, or None."""
-        if contact is not None and self.rules.collisions == "fail":
+    def _outcome(self, touched: bool, time_s: float, *, deviated: bool) -> Outcome | None:
+        """What ends the run at this step under one pair of rules, or None."""
+        if touched:
             return Outcome.COLLIDED
         if self.node == self.plan.nodes[-1]:
             return Outcome.SUCCESS

@@ -1,5 +1,6 @@
 """What an evaluation was made with: source version, library versions, hashes of its inputs."""
 
+import ast
 import hashlib
 import importlib.metadata
 import platform
@@ -11,6 +12,7 @@ import toponav
 from toponav.core.files import hash_of_file
 
 __all__ = [
+    "decisive_modules",
     "hash_of_code",
     "hash_of_file",
     "hash_of_weights",
@@ -19,9 +21,15 @@ __all__ = [
 ]
 
 _PACKAGE = Path(toponav.__file__).parent
-_DECISIVE = (
-    *("core", "worlds", "maps", "sim", "models", "navigation", "data"),
-    *(f"evaluation/{name}.py" for name in ("agents", "episode", "protocol", "worker")),
+# Where an episode begins to be decided; whatever these import, at any depth, decides too.
+_ROOTS = tuple(
+    f"evaluation/{name}.py" for name in ("agents", "episode", "privileged", "protocol", "worker")
+)
+# Buildings and maps count by their content: what makes, reads, checks or draws them does not.
+_BESIDE = (
+    *("worlds/generate", "worlds/load", "worlds/storage.py", "worlds/draw.py"),
+    *("maps/formats", "maps/editor", "maps/draw.py", "maps/construct.py", "maps/validate.py"),
+    *("evaluation/suite.py", "evaluation/provenance.py"),
 )
 _MOST_BYTES = 2 << 30
 _LIBRARIES = ("torch", "torch-geometric", "numpy", "numba", "mujoco", "embreex", "networkx")
@@ -50,13 +58,40 @@ def _git(*arguments: str) -> str:
 def hash_of_code() -> str:
     """SHA-256 over the modules that decide what happens in an episode."""
     digest = hashlib.sha256()
-    for name in _DECISIVE:
-        found = _PACKAGE / name
-        paths = sorted(found.rglob("*.py")) if found.is_dir() else [found]
-        for path in paths:
-            digest.update(path.relative_to(_PACKAGE).as_posix().encode())
-            digest.update(path.read_bytes())
+    for path in decisive_modules():
+        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
+        digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+@cache
+def decisive_modules() -> tuple[Path, ...]:
+    """Files of this package that an episode depends on: the worker, and what it imports."""
+    found: set[Path] = set()
+    waiting = [_PACKAGE / name for name in _ROOTS]
+    while waiting:
+        path = waiting.pop()
+        name = path.relative_to(_PACKAGE).as_posix()
+        if path in found or any(name == one or name.startswith(f"{one}/") for one in _BESIDE):
+            continue
+        found.add(path)
+        waiting += _imported_files(path)
+    return tuple(sorted(found))
+
+
+def _imported_files(path: Path) -> list[Path]:
+    """The files of this package that a file imports, wherever in it."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names.update((node.module, *(f"{node.module}.{alias.name}" for alias in node.names)))
+    places = [
+        _PACKAGE.joinpath(*name.split(".")[1:]) for name in names if name.startswith("toponav.")
+    ]
+    files = [file for at in places for file in (at.with_suffix(".py"), at / "__init__.py")]
+    return [file for file in files if file.is_file()]
 
 
 def library_versions() -> dict[str, str]:

@@ -1,6 +1,8 @@
 """Episode records on disk: one Parquet file an episode, written whole or not at all."""
 
+import itertools
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,12 +14,15 @@ import pyarrow.parquet as pq
 from toponav.core.files import write_atomically
 from toponav.core.vocabulary import Behavior, Difficulty, Outcome
 from toponav.evaluation.episode import EpisodeRecord, Step
-from toponav.evaluation.protocol import Verdict
+from toponav.evaluation.protocol import COLLISION_RULES, DEVIATION_RULES, Verdict
+from toponav.evaluation.step_table import write_step_table
 from toponav.maps.plan import Plan
+from toponav.maps.spec import TopologicalMap
 
 __all__ = [
     "StoredEpisode",
     "load_episode",
+    "plan_length_m",
     "save_episode",
     "write_atomically",
     "write_episode_table",
@@ -77,6 +82,10 @@ def save_episode(path: Path, stored: StoredEpisode) -> None:
         "transitions": record.transitions,
         "strict": asdict(record.strict),
         "tolerant": asdict(record.tolerant),
+        "collisions": record.collisions,
+        "by_other_collision_rule": [
+            asdict(verdict) for verdict in record.by_other_collision_rule or ()
+        ],
         "timeout_s": record.timeout_s,
         "wall_s": record.wall_s,
     }
@@ -100,6 +109,7 @@ def _stored(metadata: dict[str, Any], rows: list[dict[str, Any]]) -> StoredEpiso
     steps = tuple(
         Step(**{**row, "plan_probability": tuple(row["plan_probability"])}) for row in rows
     )
+    other = tuple(map(_verdict, metadata["by_other_collision_rule"]))
     record = EpisodeRecord(
         agent=metadata["agent"],
         index=metadata["index"],
@@ -111,6 +121,8 @@ def _stored(metadata: dict[str, Any], rows: list[dict[str, Any]]) -> StoredEpiso
         timeout_s=metadata["timeout_s"],
         wall_s=metadata["wall_s"],
         steps=steps,
+        collisions=metadata["collisions"],
+        by_other_collision_rule=(other[0], other[1]) if len(other) == 2 else None,
     )
     return StoredEpisode(record, metadata["key"], metadata["commit"])
 
@@ -119,24 +131,39 @@ def _verdict(fields: dict[str, Any]) -> Verdict:
     return Verdict(**{**fields, "outcome": Outcome(fields["outcome"])})
 
 
-def write_episode_table(path: Path, records: Sequence[EpisodeRecord]) -> None:
-    """Write `episodes.parquet`: one row an episode, both verdicts in it."""
-    _write_table(path, pa.Table.from_pylist([_episode_row(record) for record in records]))
+def write_episode_table(
+    path: Path, records: Sequence[EpisodeRecord], map_: TopologicalMap | None = None
+) -> None:
+    """Write `episodes.parquet`: one row an episode, every verdict in it.
+
+    Args:
+        path: Where to write.
+        records: The episodes.
+        map_: Their map, for the length of each plan in metres.
+    """
+    _write_table(path, pa.Table.from_pylist([_episode_row(record, map_) for record in records]))
 
 
-def _episode_row(record: EpisodeRecord) -> dict[str, Any]:
+def _episode_row(record: EpisodeRecord, map_: TopologicalMap | None) -> dict[str, Any]:
+    plan = record.plan
     row: dict[str, Any] = {
         "agent": record.agent,
         "episode": record.index,
-        "start_node": record.plan.nodes[0],
-        "goal_node": record.plan.nodes[-1],
-        "plan_nodes": len(record.plan.nodes),
-        "difficulty": str(Difficulty.of_plan(len(record.plan.nodes))),
-        "nodes": list(record.plan.nodes),
+        "start_node": plan.nodes[0],
+        "goal_node": plan.nodes[-1],
+        "plan_nodes": len(plan.nodes),
+        "plan_m": None if map_ is None else plan_length_m(map_, plan),
+        "difficulty": str(Difficulty.of_plan(len(plan.nodes))),
+        "nodes": list(plan.nodes),
+        "edges": list(plan.edges),
         "behaviors": [str(behavior) for behavior in record.behaviors],
         "transitions": list(record.transitions),
+        "collisions": record.collisions,
     }
-    for rule, verdict in (("strict", record.strict), ("tolerant", record.tolerant)):
+    for rule in DEVIATION_RULES:
+        verdict = record.verdict(rule)
+        assert verdict is not None
+        end = record.steps[verdict.step - 1]
         row |= {
             f"{rule}_success": verdict.success,
             f"{rule}_outcome": str(verdict.outcome),
@@ -146,7 +173,19 @@ def _episode_row(record: EpisodeRecord) -> dict[str, Any]:
             f"{rule}_time_s": verdict.time_s,
             f"{rule}_node": verdict.node or "",
             f"{rule}_contact": verdict.contact or "",
+            f"{rule}_x_m": end.x_m,
+            f"{rule}_y_m": end.y_m,
         }
+        for collisions in COLLISION_RULES:
+            judged = record.verdict(rule, collisions)
+            row |= {
+                f"{rule}_outcome_collisions_{collisions}": (
+                    None if judged is None else str(judged.outcome)
+                ),
+                f"{rule}_nodes_reached_collisions_{collisions}": (
+                    None if judged is None else judged.nodes_reached
+                ),
+            }
     return row | {
         "timeout_s": record.timeout_s,
         "driven_m": record.driven_m,
@@ -155,15 +194,10 @@ def _episode_row(record: EpisodeRecord) -> dict[str, Any]:
     }
 
 
-def write_step_table(path: Path, records: Sequence[EpisodeRecord]) -> None:
-    """Write `steps.parquet`: every step of every episode, for figures and further analysis."""
-    tables = []
-    for record in records:
-        table = pa.Table.from_pylist([asdict(step) for step in record.steps], schema=_STEP_SCHEMA)
-        table = table.add_column(0, "episode", pa.array([record.index] * len(table), pa.int32()))
-        table = table.add_column(0, "agent", pa.array([record.agent] * len(table), pa.string()))
-        tables.append(table)
-    _write_table(path, pa.concat_tables(tables))
+def plan_length_m(map_: TopologicalMap, plan: Plan) -> float:
+    """Length of a plan from node to node, in metres."""
+    nodes = [map_.node(node) for node in plan.nodes]
+    return sum(math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) for a, b in itertools.pairwise(nodes))
 
 
 def _write_table(path: Path, table: pa.Table) -> None:

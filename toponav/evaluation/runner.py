@@ -1,5 +1,6 @@
 """Runs a suite with any number of processes, resumes, and writes the folder of results."""
 
+import hashlib
 import json
 import multiprocessing
 import os
@@ -11,13 +12,14 @@ from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from toponav.core.errors import InputError
 from toponav.core.files import check_out_folder
 from toponav.data.parallel import check_workers
-from toponav.evaluation.agents import check_agent_name
+from toponav.evaluation.agents import AgentChoice
 from toponav.evaluation.metrics import suite_results
 from toponav.evaluation.provenance import (
     hash_of_file,
@@ -50,8 +52,9 @@ class EvaluationConfig:
 
     source: SuiteSource
     """What is evaluated."""
-    agents: tuple[str, ...]
-    """Names in the registry, in the order of the tables."""
+    agents: tuple[str | AgentChoice, ...]
+    """Who drives, in the order of the tables: names in the registry, or with weights and
+    settings of their own as `AgentChoice.parse` reads them."""
     out: Path
     """Folder of results; an interrupted evaluation in it is resumed."""
     settings: RunSettings = field(default_factory=RunSettings)
@@ -66,10 +69,28 @@ class EvaluationConfig:
                 where="--agent",
                 remedy="name one, such as --agent graphnav_pf",
             )
-        for agent in self.agents:
-            check_agent_name(agent)
+        labels = self.labels
+        if len(set(labels)) < len(labels):
+            twice = next(label for label in labels if labels.count(label) > 1)
+            raise InputError(
+                f"two agents are called '{twice}'",
+                where="--agent",
+                remedy="tell them apart with ,label=NAME",
+            )
         check_workers(self.workers)
         check_out_folder(self.out)
+
+    @cached_property
+    def choices(self) -> tuple[AgentChoice, ...]:
+        """Who drives, parsed."""
+        return tuple(
+            AgentChoice.parse(agent) if isinstance(agent, str) else agent for agent in self.agents
+        )
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The agents' names in the results."""
+        return tuple(choice.label for choice in self.choices)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,23 +128,25 @@ def evaluate(config: EvaluationConfig, progress: Progress | None = None) -> Eval
         KeyboardInterrupt: After the episodes under way have been finished and written.
     """
     suite = load_suite(config.source)
-    worker = EpisodeWorker(suite, config.settings)
-    jobs = [(agent, task.index) for task in suite.tasks for agent in config.agents]
+    worker = EpisodeWorker(suite, config.settings, config.choices)
+    jobs = [(agent, task.index) for task in suite.tasks for agent in config.labels]
     keys = {job: worker.key(*job) for job in jobs}
     done = _finished_jobs(config.out, keys)
     pending = [job for job in jobs if job not in done]
     for agent in sorted({agent for agent, _ in pending if agent != "expert"}):
         worker.prepare(agent)
-    _write_run(config, suite)
+    _write_run(config, worker)
     report = progress or (lambda count, total: None)
     report(len(done), len(jobs))
     for count, _ in enumerate(_run_jobs(config, worker, pending, keys), start=len(done) + 1):
         report(count, len(jobs))
-    return _finish(config, suite, jobs, keys, len(done))
+    return _finish(config, worker, jobs, keys, len(done))
 
 
 def _part(out: Path, job: _Job) -> Path:
-    agent = "".join(letter if letter.isalnum() or letter in "_-." else "_" for letter in job[0])
+    agent = "".join(letter if letter.isalnum() or letter in "_-" else "_" for letter in job[0])
+    if agent != job[0]:
+        agent += "-" + hashlib.sha256(job[0].encode()).hexdigest()[:8]
     return out / "episodes" / agent / f"{job[1]:05d}.parquet"
 
 
@@ -159,7 +182,7 @@ def _run_in_pool(
         # Torch and numba do not survive a fork.
         mp_context=multiprocessing.get_context("spawn"),
         initializer=_start_worker,
-        initargs=(config.source, config.settings, config.out, os.getpid()),
+        initargs=(config.source, config.settings, config.choices, config.out, os.getpid()),
     )
     try:
         futures: list[Future[_Job | tuple[str, str, str]]] = [
@@ -186,12 +209,18 @@ _worker: EpisodeWorker | None = None
 _worker_out: Path | None = None
 
 
-def _start_worker(source: SuiteSource, settings: RunSettings, out: Path, parent: int) -> None:
+def _start_worker(
+    source: SuiteSource,
+    settings: RunSettings,
+    choices: tuple[AgentChoice, ...],
+    out: Path,
+    parent: int,
+) -> None:
     global _worker, _worker_out
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, args=(parent,), daemon=True).start()
     use_one_thread()
-    _worker = EpisodeWorker(load_suite(source), settings)
+    _worker = EpisodeWorker(load_suite(source), settings, choices)
     _worker_out = out
 
 
@@ -227,12 +256,13 @@ def _run_and_save(worker: EpisodeWorker, out: Path, job: _Job, key: str) -> None
 
 def _finish(
     config: EvaluationConfig,
-    suite: Suite,
+    worker: EpisodeWorker,
     jobs: Sequence[_Job],
     keys: dict[_Job, str],
     resumed: int,
 ) -> Evaluation:
-    order = {agent: rank for rank, agent in enumerate(config.agents)}
+    suite = worker.suite
+    order = {agent: rank for rank, agent in enumerate(config.labels)}
     records, commits = [], set()
     for job in sorted(jobs, key=lambda job: (order[job[0]], job[1])):
         stored = load_episode(_part(config.out, job))
@@ -245,19 +275,21 @@ def _finish(
         records.append(stored.record)
         commits.add(stored.commit)
     results = suite_results(records)
-    write_episode_table(config.out / "episodes.parquet", records)
+    for choice in config.choices:
+        results["agents"][choice.label]["agent"] = choice.agent
+    write_episode_table(config.out / "episodes.parquet", records, suite.map)
     write_step_table(config.out / "steps.parquet", records)
     known = tuple(sorted(commits, key=str))
-    _write_run(config, suite, commits=known)
+    _write_run(config, worker, commits=known)
     write_atomically(config.out / "results.json", json.dumps(results, indent=1) + "\n")
     return Evaluation(suite, results, resumed, known, config.out)
 
 
 def _write_run(
-    config: EvaluationConfig, suite: Suite, commits: tuple[str | None, ...] | None = None
+    config: EvaluationConfig, worker: EpisodeWorker, commits: tuple[str | None, ...] | None = None
 ) -> None:
     """Write `run.json`; before the run without, after it with the episodes' source versions."""
-    source = config.source
+    source, suite = config.source, worker.suite
     files = {
         name: {"file": path.name, "sha256": hash_of_file(path)}
         for name in ("area", "plans", "map")
@@ -268,7 +300,8 @@ def _write_run(
         "suite": "graphnav",
         "name": suite.name,
         "finished": datetime.now(UTC).isoformat(timespec="seconds") if commits else None,
-        "agents": list(config.agents),
+        "agents": list(config.labels),
+        "choices": {choice.label: _described(worker, choice) for choice in config.choices},
         "workers": config.workers,
         "source": {
             key: value.name if isinstance(value, Path) else value
@@ -288,3 +321,15 @@ def _write_run(
         "left_out": [asdict(pair) for pair in suite.left_out],
     }
     write_atomically(config.out / "run.json", json.dumps(run, indent=1) + "\n")
+
+
+def _described(worker: EpisodeWorker, choice: AgentChoice) -> dict[str, Any]:
+    """What a label in the results stands for."""
+    weights = worker.weights_of(choice.label)
+    is_learned = choice.spec is None or choice.spec.is_learned
+    return {
+        "agent": choice.agent,
+        "weights": (weights or "shipped") if is_learned else None,
+        "weights_sha256": worker.weights_hash(choice.label) or None,
+        "options": dict(choice.options),
+    }

@@ -2,14 +2,14 @@
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
 from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Agent, VelocityLimits
-from toponav.evaluation.agents import AGENTS, AgentContext, make_agent
+from toponav.evaluation.agents import AgentChoice, AgentContext, make_agent
 from toponav.evaluation.episode import (
     EpisodeRecord,
     PrivilegedAgent,
@@ -53,11 +53,16 @@ class EpisodeWorker:
     Args:
         suite: The episodes.
         settings: What they depend on besides.
+        choices: Agents with weights or settings of their own; others are known by their name
+            in the registry.
     """
 
-    def __init__(self, suite: Suite, settings: RunSettings) -> None:
+    def __init__(
+        self, suite: Suite, settings: RunSettings, choices: Iterable[AgentChoice] = ()
+    ) -> None:
         self.suite = suite
         self.settings = settings
+        self._choices = {choice.label: choice for choice in choices}
         self._agents: dict[str, Agent[NavigationTask]] = {}
         self._keys_of_weights: dict[str, str] = {}
         self._warm: set[str] = set()
@@ -72,13 +77,24 @@ class EpisodeWorker:
         """The robot in the building."""
         return Simulation(self.suite.scene, self.settings.camera, self.settings.limits)
 
+    def choice(self, label: str) -> AgentChoice:
+        """What a label in the results stands for."""
+        if label not in self._choices:
+            self._choices[label] = AgentChoice.parse(label)
+        return self._choices[label]
+
+    def weights_of(self, label: str) -> str | None:
+        """The folder or preset of weights that an agent gets; None is what ships."""
+        return self.choice(label).weights or self.settings.weights
+
     def key(self, agent: str, index: int) -> str:
         """A hash of everything that the episode's record depends on, this package's code too."""
-        task = self.suite.task(index)
+        task, choice = self.suite.task(index), self.choice(agent)
         description: dict[str, Any] = {
             "code": hash_of_code(),
-            "agent": agent,
-            "weights": self._weights_key(agent),
+            "agent": choice.agent,
+            "options": choice.options,
+            "weights": self.weights_hash(agent),
             "scene": self.suite.scene.content_hash,
             "map": self.suite.map_hash,
             "plan": [task.plan.nodes, task.plan.edges],
@@ -100,12 +116,14 @@ class EpisodeWorker:
         """The record of one episode.
 
         Args:
-            agent: Name in the registry.
+            agent: Name in the registry, or label of a choice.
             index: Number of the episode in the suite.
             on_step: Called after each decision.
         """
         suite, task = self.suite, self.suite.task(index)
-        judge = EpisodeJudge(suite.map, task.plan, self.localizer, task.start, self.settings.rules)
+        if agent not in self._warm:
+            self._warm_up(agent, index)
+        judge = self._judge(index)
         return run_episode(
             self.simulation,
             self._agent(agent, index),
@@ -148,18 +166,23 @@ class EpisodeWorker:
             self.suite.map,
             self.settings.camera,
             self.settings.limits,
-            self.settings.weights,
+            self.weights_of(name),
             seed,
+            dict(self.choice(name).options),
         )
-        self._agents[name] = make_agent(name, context)
+        self._agents[name] = make_agent(self.choice(name).agent, context)
         return self._agents[name]
 
     def _seed(self, agent: str, index: int) -> int:
-        return seed_of("episode", self.settings.seed, agent, index)
+        """The same for two weights of one agent, so that chance tells them apart the least."""
+        return seed_of("episode", self.settings.seed, self.choice(agent).agent, index)
 
-    def _weights_key(self, agent: str) -> str:
-        if agent in AGENTS and not AGENTS[agent].is_learned:
+    def weights_hash(self, agent: str) -> str:
+        """SHA-256 over the agent's weights; empty for one that has none."""
+        spec = self.choice(agent).spec
+        if spec is not None and not spec.is_learned:
             return ""
-        if agent not in self._keys_of_weights:
-            self._keys_of_weights[agent] = hash_of_weights(self.settings.weights)
-        return self._keys_of_weights[agent]
+        weights = str(self.weights_of(agent))
+        if weights not in self._keys_of_weights:
+            self._keys_of_weights[weights] = hash_of_weights(self.weights_of(agent))
+        return self._keys_of_weights[weights]
