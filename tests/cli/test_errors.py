@@ -84,7 +84,10 @@ FAILS = [
     ("scene show {b} --views 99 --out {t}/o.png", "--views: views must lie in 0..24"),
     ("map show {m} --start office_1 --out {t}/o.png", "--start, --goal: a plan has a start"),
     ("map show {m} --out {t}/o.docx", "--out: the image must be PNG"),
-    ("map convert {m} {t}/o.docx", "a map is a JSON file, got 'o.docx'"),
+    ("map convert {m} {t}/o.docx", "the ending of 'o.docx' tells no map format"),
+    ("map convert {m} {t}/o.json --to lfi", "--to: must be one of .*did you mean 'lif'"),
+    ("map convert {m} {t}/o.json --from lif", "--from: must be one of .*got 'lif'"),
+    ("map convert {m} {t}/o.json --level L1", "--level L1: levels are those of Open-RMF"),
     # where results cannot go
     ("scene generate office --out {m}", r"--out .*map\.topo\.json: must be a folder"),
     ("scene generate office --out {t}/full --size small", "holds files but no scene"),

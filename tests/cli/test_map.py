@@ -105,7 +105,21 @@ def test_build_a_generated_scene(tmp_path: Path, capsys) -> None:
 
 def test_convert_says_what_it_reads(tmp_path: Path, floor: Path, capsys) -> None:
     assert main(["map", "convert", "plan.dwg", str(tmp_path / "x.topo.json")]) == 1
-    assert "canvas JSON of the GraphNav authors" in capsys.readouterr().err
+    assert "no such file" in capsys.readouterr().err
     assert main(["map", "convert", str(floor), str(tmp_path / "x.png")]) == 1
     assert main(["map", "convert", str(floor), str(tmp_path / "x.topo.json")]) == 0
+    assert load_map(tmp_path / "x.topo.json") == office_floor()
+
+
+def test_convert_tells_what_was_lost(tmp_path: Path, floor: Path, capsys) -> None:
+    lif, graphml = tmp_path / "x.lif.json", tmp_path / "x.graphml"
+    assert main(["map", "convert", str(floor), str(lif)]) == 0
+    assert "dropped: rooms of nodes that are not room nodes" in capsys.readouterr().out
+    assert main(["map", "convert", str(floor), str(graphml)]) == 0
+    assert "nothing was lost" in capsys.readouterr().out
+    back = tmp_path / "back.json"
+    assert main(["map", "convert", str(graphml), str(back), "--to", "nav2", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["from"], told["to"], told["report"]) == ("graphml", "nav2", [])
+    assert main(["map", "convert", str(back), str(tmp_path / "x.topo.json")]) == 0
     assert load_map(tmp_path / "x.topo.json") == office_floor()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from toponav.cli.map_convert import convert
 from toponav.core.errors import InputError
 from toponav.core.files import check_out_file
 
@@ -192,45 +193,6 @@ def plan(
         f"{len(walk.nodes)} nodes, {walk.length_m(loaded):.1f} m, difficulty {walk.difficulty}"
     )
     return 0
-
-
-def convert(
-    source: Annotated[Path, tyro.conf.Positional],
-    target: Annotated[Path, tyro.conf.Positional],
-    as_json: Json = False,
-) -> int:
-    """Turn a map of another format into ours.
-
-    Reads the canvas JSON of GraphNav's authors (its area's yaml and PNG lie beside it), an
-    area's yaml, and `*.topo.json`; writes `*.topo.json`.
-
-    Example: toponav map convert graphnav_areas/area_3_graph_v6.json area_3.topo.json
-
-    Args:
-        source: Map to read.
-        target: Map to write, `NAME.topo.json`.
-        as_json: Print what was made as JSON.
-    """
-    from toponav.maps.formats.canvas import area_of_drawing
-    from toponav.maps.schema import read_json
-    from toponav.maps.spec import save_map
-
-    _require_map_name(target)
-    suffix = source.suffix.lower()
-    if suffix not in (*_YAML, ".json"):
-        raise InputError(
-            f"maps are read from .json and .yaml files, got '{suffix}'",
-            where=str(source),
-            remedy="give a canvas JSON of the GraphNav authors, an area's yaml or a .topo.json",
-        )
-    area = source if suffix in _YAML else None
-    if area is None:
-        document = read_json(source)
-        if isinstance(document, dict) and "oval" in document:
-            area = area_of_drawing(source)
-    made = _load(source) if area is None else _with_plan(_area_map(area), area, target)
-    save_map(made, target)
-    return _report(made, target, as_json)
 
 
 def _require_map_name(path: Path) -> None:

@@ -32,6 +32,7 @@ __all__ = [
 MAX_JSON_BYTES = 64 * 1024 * 1024
 """No JSON of ours is this large: a bigger file is refused before it fills the memory."""
 
+_MOST_JSON_VALUES = 8_000_000
 _SHOWN_CHARACTERS = 60
 _MOST_DIGITS = 19
 _REMEDY_OF = {
@@ -138,6 +139,13 @@ def parse_json(data: bytes, where: str) -> Any:
     Raises:
         InputError: If it is not JSON, or holds what `read_json` refuses.
     """
+    # Each value but the first follows one of these: small values must not fill the memory.
+    if sum(data.count(sign) for sign in (b",", b"[", b"{", b":")) > _MOST_JSON_VALUES:
+        raise InputError(
+            f"at most {_MOST_JSON_VALUES:,} values are read",
+            where=where,
+            remedy="check that this is the right file",
+        )
     try:
         text = data.decode("utf-8-sig")
         document = json.loads(
