@@ -1,5 +1,6 @@
 """Procedural textures: pictures that repeat without a seam, each a function of a generator."""
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -65,7 +66,7 @@ def _planks(rng: np.random.Generator) -> Texture:
     image = np.empty((side, side, 3))
     edges = np.linspace(0, side, count + 1).astype(int)
     grain = _noise(rng, side, 1.0, 16.0) * 0.06
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in itertools.pairwise(edges):
         joint = np.sort(rng.integers(0, side, 2))
         tone = 1.0 + rng.normal(0, 0.07, 2)
         cols = np.arange(side)
@@ -88,7 +89,9 @@ def _parquet(rng: np.random.Generator) -> Texture:
     for i in range(blocks):
         for j in range(blocks):
             tone = np.repeat(1 + rng.normal(0, 0.06, 4), size // 4 + 1)[:size]
-            block = (1 + grain[i * size : (i + 1) * size, j * size : (j + 1) * size]) * tone[:, None]
+            block = (1 + grain[i * size : (i + 1) * size, j * size : (j + 1) * size]) * tone[
+                :, None
+            ]
             block[:: max(size // 4, 1)] *= 0.8
             block[0] *= 0.8
             turned = block.T if (i + j) % 2 else block
@@ -182,7 +185,9 @@ def _wallpaper(rng: np.random.Generator) -> Texture:
     if style == 0:
         shape = np.sin(2 * np.pi * count * cols) > rng.uniform(-0.2, 0.7)
     elif style == 1:
-        shape = np.hypot((rows * count) % 1 - 0.5, (cols * count) % 1 - 0.5) < rng.uniform(0.12, 0.3)
+        shape = np.hypot((rows * count) % 1 - 0.5, (cols * count) % 1 - 0.5) < rng.uniform(
+            0.12, 0.3
+        )
     elif style == 2:
         shape = np.abs((rows * count) % 1 - 0.5) + np.abs((cols * count) % 1 - 0.5) < 0.38
     else:
@@ -225,7 +230,9 @@ def _linen(rng: np.random.Generator) -> Texture:
     rows, cols = np.indices((_SIDE, _SIDE)) / _SIDE
     style = rng.random()
     if style < 0.25:
-        image = np.where((np.sin(2 * np.pi * 5 * cols) > 0.5)[..., None], 0.4 * image + 0.6 * other, image)
+        image = np.where(
+            (np.sin(2 * np.pi * 5 * cols) > 0.5)[..., None], 0.4 * image + 0.6 * other, image
+        )
     elif style < 0.45:
         dots = np.hypot((rows * 5) % 1 - 0.5, (cols * 5) % 1 - 0.5) < 0.2
         image = np.where(dots[..., None], other, image)
@@ -268,8 +275,10 @@ def _landscape(rng: np.random.Generator) -> Texture:
     if style < 0.4:
         image = _sky(rng, rows)
         for depth in range(4):
-            ridge = 0.45 + 0.12 * depth + 0.06 * np.sin(
-                2 * np.pi * (rng.uniform(0.6, 2.2) * cols + rng.random())
+            ridge = (
+                0.45
+                + 0.12 * depth
+                + 0.06 * np.sin(2 * np.pi * (rng.uniform(0.6, 2.2) * cols + rng.random()))
             )
             hill = _rgb(rng, "#5d7a4f", "#7f8f5a", "#3f5f57", "#a08a5a", "#6b7f94", "#39566e")
             image = np.where((rows > ridge)[..., None], hill * (1.1 - 0.1 * depth), image)
