@@ -1,18 +1,21 @@
 import csv
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
-from tests.evaluation.records import record, verdict
+from tests.evaluation.records import STEP, record, verdict
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import Outcome
+from toponav.evaluation.analysis_tables import failures_table, rules_table, transitions_table
 from toponav.evaluation.metrics import suite_results
 from toponav.evaluation.tables import (
     StoredResults,
     load_results,
+    localization_table,
     paper_numbers,
     prediction_table,
     success_table,
@@ -86,9 +89,73 @@ def test_table_six_has_prediction_and_localization_accuracy() -> None:
     table = prediction_table([stored()])
     ours = next(row for row in table.rows if row[1:3] == ("GTL", "strict"))
     cells = dict(zip(table.columns, ours, strict=True))
-    assert cells["fd"] == "100.0 (4)"
+    assert cells["fd"] == "100.0 [34..100] (4)"
     assert cells["edge"] == "100.0"
     assert any("52.3" in note for note in table.notes)
+
+
+def test_the_experts_ceiling_stands_beside_every_row() -> None:
+    table = success_table([stored()])
+    ours = [row for row in table.rows if row[2] != "paper"]
+    assert [row[-1] for row in ours] == ["100.0"] * len(ours)
+
+
+def test_table_five_has_teacher_forced_closed_loop_and_the_papers() -> None:
+    lost = replace(STEP, believed_edge="elsewhere", true_edge=STEP.true_edge)
+    records = [
+        record("graphnav_pf", 0, steps=(STEP, lost)),
+        record("gtl"),
+        record("teacher_forced", 0, steps=(STEP, STEP)),
+    ]
+    found = StoredResults("area_3", json.loads(json.dumps(suite_results(records))), Path("run"))
+    table = localization_table([found])
+    assert [row[1:4] for row in table.rows] == [
+        ("GraphNav", "teacher forced", "100.0"),
+        ("GraphNav", "teacher forced, paper", "52.3"),
+        ("GraphNavPF", "closed loop, strict", "50.0"),
+        ("GraphNavPF", "closed loop, tolerant", "50.0"),
+    ]
+    assert all("Teacher" not in row[1] for row in success_table([found]).rows)
+
+
+def test_both_rules_on_contact_come_from_the_same_runs() -> None:
+    hit, good = verdict(Outcome.COLLIDED, 3), verdict(Outcome.SUCCESS, 5)
+    bumped = replace(record("gtl", 0, hit), by_other_collision_rule=(good, good))
+    untouched = replace(record("gtl", 1), by_other_collision_rule=(good, good))
+    results = json.loads(json.dumps(suite_results([bumped, untouched])))
+    table = rules_table([StoredResults("x", results, Path("x"))])
+    cells = dict(zip(table.columns, table.rows[0], strict=False))
+    assert cells["contact fails, strict"] == "50.0 / 80.0"
+    assert cells["contact allowed, strict"] == "100.0 / 100.0"
+
+
+def test_a_run_judged_by_one_rule_on_contact_leaves_the_other_empty() -> None:
+    row = rules_table([stored()]).rows[0]
+    assert row[2] != "-"
+    assert row[-2:] == ("-", "-")
+
+
+def test_failures_are_charged_to_the_behaviour_that_was_to_be_executed() -> None:
+    table = failures_table([stored()])
+    cells = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    (strict,) = [row for row in cells if row["rule"] == "strict"]
+    assert (strict["outcome"], strict["cf"], strict["tr"]) == ("deviated", "1", "0")
+    assert (strict["all"], strict["% of runs"]) == ("1", "50")
+
+
+def test_transitions_have_a_column_an_agent() -> None:
+    table = transitions_table([stored()])
+    assert table.columns == ("area", "transition", "GTL", "Expert")
+    rows = {row[1]: row[2:] for row in table.rows}
+    assert rows["within hallway"] == ("50.0 (2)", "100.0 (2)")
+
+
+def test_every_table_has_an_interval() -> None:
+    numbers = stored().results["agents"]["gtl"]
+    low, high = numbers["plan_completion_ci95"]
+    assert low < numbers["plan_completion"] < high
+    low, high = numbers["by_behavior"]["find_door"]["prediction_ci95"]
+    assert 0.0 < low < high == 1.0
 
 
 def test_csv_and_latex_hold_the_same_rows_as_the_text() -> None:

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-__all__ = ["eval_graphnav", "register"]
+__all__ = ["eval_graphnav", "eval_localization", "register"]
 
 
 def register() -> dict[tuple[str, ...], Callable[..., Any]]:
     """The commands of this module."""
-    return {("eval", "graphnav"): eval_graphnav}
+    return {("eval", "graphnav"): eval_graphnav, ("eval", "localization"): eval_localization}
 
 
 def eval_graphnav(
@@ -43,12 +43,20 @@ def eval_graphnav(
     toponav eval graphnav --scene office --map office.topo.json --episodes 20
     --agent graphnav_pf --out runs/office
 
+    Two weights beside each other, on the same episodes with the same random numbers:
+
+    toponav eval graphnav --scene office --map office.topo.json
+    --agent graphnav_pf=compact --agent graphnav_pf=runs/weights --out runs/both
+
     Writes run.json, results.json, episodes.parquet and steps.parquet. Interrupt it whenever
     you like: the same command resumes, and the results are the same.
 
     Args:
-        agent: Agent to evaluate: graphnav, graphnav_pf, gtl, expert, or your own as
-            module:factory. Repeat for more. The expert is always run beside the others.
+        agent: Agent to evaluate: a name in the registry, such as graphnav, graphnav_pf, gtl or
+            expert, or your own as module:factory. NAME=WEIGHTS gives it other weights than
+            --weights does, NAME,setting=value a setting, ,label=LABEL another name in the
+            results. teacher_forced measures localization as Table V does. Repeat for more.
+            The expert is always run beside the others.
         out: Folder of results.
         area: A Stanford area in the GraphNav authors' format (yaml).
         plans: Published start/goal pairs of that area (json).
@@ -58,7 +66,8 @@ def eval_graphnav(
         seed: Seed of sampled plans and of the agents.
         workers: Processes. Results do not depend on it.
         weights: Folder of other weights, or a preset. What ships, if left out.
-        collisions: `fail`: any contact fails. `stuck`: the reference code's softer rule.
+        collisions: The rule on contact behind the headline numbers; every run is judged by both.
+            `fail`: any contact fails. `stuck`: the reference code's softer rule.
         no_expert: Leave out the expert, and with it the success on what it passes.
         json: Print results.json instead of a table.
     """
@@ -82,6 +91,60 @@ def eval_graphnav(
         settings=RunSettings(weights=weights, rules=JudgeRules(collisions=collisions), seed=seed),
         workers=workers,
     )
+    return _evaluate_and_print(config, json)
+
+
+def eval_localization(
+    *,
+    weights: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = (),
+    out: Path,
+    area: Path | None = None,
+    plans: Path | None = None,
+    scene: Path | None = None,
+    map: Path | None = None,
+    episodes: int | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
+) -> int:
+    """Measure localization as the paper's Table V does: told where the robot just was.
+
+    The expert drives the plans, and the network is asked at each step with the crop around the
+    true edge of the step before. `toponav tables` shows it beside the paper's numbers.
+
+    toponav eval localization --area area_3.yaml --plans area_3_plans.json --out runs/table_5
+
+    The same as the agent `teacher_forced` of `toponav eval graphnav`.
+
+    Args:
+        weights: Folder of weights, or a preset. Repeat to compare. What ships, if left out.
+        out: Folder of results.
+        area: A Stanford area in the GraphNav authors' format (yaml).
+        plans: Published start/goal pairs of that area (json).
+        scene: Folder of a scene, instead of an area.
+        map: Topological map of that scene.
+        episodes: How many: the first pairs, or sampled plans. All pairs, or 20, if left out.
+        seed: Seed of sampled plans.
+        workers: Processes. Results do not depend on it.
+        json: Print results.json instead of a table.
+    """
+    from toponav.evaluation.agents import AgentChoice
+    from toponav.evaluation.runner import EvaluationConfig
+    from toponav.evaluation.suite import SuiteSource
+    from toponav.evaluation.worker import RunSettings
+
+    choices = [AgentChoice("teacher_forced", name) for name in dict.fromkeys(weights)]
+    config = EvaluationConfig(
+        source=SuiteSource(area, plans, scene, map, episodes, seed),
+        agents=tuple(choices) or ("teacher_forced",),
+        out=out,
+        settings=RunSettings(seed=seed),
+        workers=workers,
+    )
+    return _evaluate_and_print(config, json)
+
+
+def _evaluate_and_print(config: Any, json: bool) -> int:
     evaluation = _evaluate_with_progress(config)
     if json:
         print(json_module.dumps(evaluation.results))

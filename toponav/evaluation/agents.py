@@ -192,10 +192,21 @@ def _crop_gtl(context: AgentContext) -> Agent[NavigationTask]:
     return GroundTruthLocationAgent(load_driver(context.weights, camera=context.camera))
 
 
+def _crop_teacher_forced(context: AgentContext) -> Agent[NavigationTask]:
+    from toponav.evaluation.teacher_forced import CropPredictor, TeacherForcedAgent
+
+    return TeacherForcedAgent(_expert(context), CropPredictor(context.weights, context.camera))
+
+
 CROP_FAMILY = WeightsFamily(
     "crop",
     lambda weights: True,
-    {"graphnav": _crop_graphnav, "graphnav_pf": _crop_graphnav_pf, "gtl": _crop_gtl},
+    {
+        "graphnav": _crop_graphnav,
+        "graphnav_pf": _crop_graphnav_pf,
+        "gtl": _crop_gtl,
+        "teacher_forced": _crop_teacher_forced,
+    },
 )
 """The paper's scheme: a network that names an edge in a crop of the map."""
 
@@ -231,7 +242,7 @@ def _behavrnn(context: AgentContext) -> Agent[NavigationTask]:
     return agent
 
 
-def _expert(context: AgentContext) -> Agent[NavigationTask]:
+def _expert(context: AgentContext) -> ExpertAgent:
     from toponav.data.expert import Expert
 
     return ExpertAgent(Expert(context.scene, context.map, limits=context.limits))
@@ -244,6 +255,9 @@ AGENTS: Mapping[str, AgentSpec] = {
     "graphnav_pf": AgentSpec("GraphNavPF", _by_family("graphnav_pf")),
     "gtl": AgentSpec("GTL", _by_family("gtl"), is_privileged=True),
     "expert": AgentSpec("Expert", _expert, is_learned=False, is_privileged=True),
+    "teacher_forced": AgentSpec(
+        "Teacher forced", _by_family("teacher_forced"), is_privileged=True, is_probe=True
+    ),
 }
 """Every agent of the GraphNav suite by name, in the order of the tables."""
 

@@ -279,5 +279,9 @@ def _clustered_interval(counts: Sequence[tuple[int, int]]) -> list[float] | None
         return None
     mean = sum(count for _, count in known) / len(known)
     spread = sum((right - share * count) ** 2 for right, count in known) / (len(known) - 1)
+    if share in (0.0, 1.0):
+        # No episode differs from the others: as if each were one trial.
+        ends = wilson_interval(round(share * len(known)), len(known))
+        return None if ends is None else list(ends)
     half = _Z95 * math.sqrt(spread / len(known)) / mean
     return [max(0.0, share - half), min(1.0, share + half)]

@@ -1,10 +1,7 @@
-"""The paper's tables with our numbers beside theirs: text, CSV and LaTeX."""
+"""The paper's tables I, V and VI with our numbers beside theirs."""
 
-import csv
-import io
-import itertools
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -12,27 +9,41 @@ from pathlib import Path
 from typing import Any
 
 from rich import box
-from rich.markup import escape
 from rich.table import Table
 
 from toponav.core.errors import InputError
 from toponav.core.files import read_json_object
-from toponav.evaluation.agents import AGENTS
+from toponav.evaluation.agents import AGENTS, title_of
+from toponav.evaluation.table_layout import (
+    NONE,
+    PaperTable,
+    counted,
+    interval,
+    pair,
+    percent,
+    to_csv,
+    to_latex,
+    to_rich,
+)
 
 __all__ = [
+    "BEHAVIOR_COLUMNS",
     "PaperTable",
     "StoredResults",
     "load_results",
+    "localization_table",
+    "ordered",
     "paper_numbers",
     "prediction_table",
     "success_table",
     "summary_table",
+    "title_in",
     "to_csv",
     "to_latex",
     "to_rich",
 ]
 
-_BEHAVIORS = {
+BEHAVIOR_COLUMNS: Mapping[str, str] = {
     "cf": "corridor_follow",
     "fd": "find_door",
     "tr": "turn_right",
@@ -40,8 +51,12 @@ _BEHAVIORS = {
     "s": "straight",
 }
 _DIFFICULTIES = ("I", "II", "III")
-_OTHER_TITLES = {"phasenet": "PhaseNet", "behavrnn": "BehavRNN"}
-_NONE = "-"
+_PAPER_ONLY_TITLES = {"phasenet": "PhaseNet", "behavrnn": "BehavRNN"}
+_TABLE_5_ROWS = {
+    **dict.fromkeys(("area_1", "area_5", "area_6"), "train (areas 1, 5, 6)"),
+    "area_3": "validation (area 3)",
+    "area_4": "test (area 4)",
+}
 
 
 @dataclass(frozen=True)
@@ -58,16 +73,30 @@ class StoredResults:
     results: Mapping[str, Any]
     folder: Path
 
+    @property
+    def drivers(self) -> dict[str, Any]:
+        """The numbers of the agents that drove by themselves, by label."""
+        agents: Mapping[str, Any] = self.results["agents"]
+        return {label: row for label, row in agents.items() if not _is_probe(label, row)}
 
-@dataclass(frozen=True)
-class PaperTable:
-    """A table as text cells; the first columns are names, rows with the same names a group."""
+    @property
+    def probes(self) -> dict[str, Any]:
+        """The numbers of what only measured while another drove, by label."""
+        agents: Mapping[str, Any] = self.results["agents"]
+        return {label: row for label, row in agents.items() if _is_probe(label, row)}
 
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    notes: tuple[str, ...] = ()
-    name_columns: int = 3
+    def ceiling(self, rule: str) -> float | None:
+        """The expert's success rate by the strict or the tolerant rule."""
+        expert = self.results["agents"].get("expert")
+        if expert is None:
+            return None
+        found: float | None = (expert if rule == "strict" else expert["tolerant"])["success_rate"]
+        return found
+
+
+def _is_probe(label: str, numbers: Mapping[str, Any]) -> bool:
+    spec = AGENTS.get(numbers.get("agent", label))
+    return spec is not None and spec.is_probe
 
 
 @cache
@@ -84,6 +113,8 @@ def load_results(folder: Path) -> StoredResults:
     Raises:
         InputError: If the evaluation is not finished, or the files are not its.
     """
+    from toponav.evaluation import analysis_tables
+
     path = folder / "results.json"
     results, run = read_json_object(path), read_json_object(folder / "run.json")
     try:
@@ -93,8 +124,10 @@ def load_results(folder: Path) -> StoredResults:
         if not "".join((found.name, *results["agents"])).isprintable():
             raise ValueError("names must be printable")
         # Laid out once, so that what it lacks is said with the name of the file.
-        success_table([found])
-        prediction_table([found])
+        for lay_out in (success_table, localization_table, prediction_table):
+            lay_out([found])
+        for lay_out in analysis_tables.ANALYSES.values():
+            lay_out([found])
         return found
     except (ValueError, KeyError, TypeError, AttributeError, IndexError):
         raise InputError(
@@ -108,63 +141,104 @@ def success_table(stored: Sequence[StoredResults]) -> PaperTable:
     """Table I: success per behaviour, success and plan completion per difficulty and in all.
 
     Each agent has a row by the strict rule, one by the tolerant rule, and the paper's where
-    the paper has one.
+    the paper has one; the expert's success by the same rule stands at the end of each row.
     """
     rows: list[tuple[str, ...]] = []
-    for found in stored:
-        theirs = paper_numbers()["table_1"].get(_paper_area(found.name), {})
-        for agent in _ordered(found.results["agents"], theirs):
-            ours = found.results["agents"].get(agent)
-            lines = []
-            if ours is not None:
-                lines += [("strict", ours), ("tolerant", ours["tolerant"])]
-            if agent in theirs:
-                lines.append(("paper", theirs[agent]))
-            for source, numbers in lines:
-                rows.append((found.name, _title(agent), source, *_success_cells(numbers)))
+    for found, label, lines in _beside_the_paper(stored, "table_1"):
+        for source, numbers in lines:
+            ceiling = NONE if source == "paper" else percent(found.ceiling(source))
+            cells = (*_success_cells(numbers), ceiling)
+            rows.append((found.name, title_in(found, label), source, *cells))
     return PaperTable(
         title="GraphNav, Table I: success rate (SR) and plan completion (PC), %",
         columns=(
             *("area", "model", "rule"),
-            *_BEHAVIORS,
+            *BEHAVIOR_COLUMNS,
             *(f"{difficulty} SR / PC" for difficulty in _DIFFICULTIES),
-            *("SR", "95 % interval", "PC", "SR feasible"),
+            *("SR", "95 % interval", "PC", "PC 95 %", "SR feasible", "expert SR"),
         ),
         rows=tuple(rows),
         notes=(
             "strict: one step off the plan fails (the paper's rule); tolerant: one second does.",
             "Attempts in parentheses. SR feasible: success on the pairs that the expert passes.",
+            "expert SR: what a planner with the floor plan reaches by the same rule: the ceiling.",
             f"paper: {paper_numbers()['reference']}.",
         ),
     )
 
 
-def prediction_table(stored: Sequence[StoredResults]) -> PaperTable:
-    """Table VI: how often the behaviour that the truth asks for was chosen; Table V beside it."""
+def localization_table(stored: Sequence[StoredResults]) -> PaperTable:
+    """Table V: how often the localized edge is right, teacher forced and in closed loop."""
     rows: list[tuple[str, ...]] = []
     for found in stored:
-        theirs = paper_numbers()["table_6"].get(_paper_area(found.name), {})
-        for agent in _ordered(found.results["agents"], theirs):
-            ours = found.results["agents"].get(agent)
-            if ours is not None:
-                cells = _prediction_cells(ours["by_behavior"])
-                accuracy = _percent(ours["localization_accuracy"])
-                rows.append((found.name, _title(agent), "strict", *cells, accuracy))
-            if agent in theirs:
-                cells = _prediction_cells(theirs[agent])
-                rows.append((found.name, _title(agent), "paper", *cells, _NONE))
-    offline = ", ".join(
-        f"{split} {_percent(value)}" for split, value in paper_numbers()["table_5"].items()
-    )
+        for label, numbers in found.probes.items():
+            cells = _localization_cells(numbers["tolerant"])
+            model = title_in(found, label).replace(AGENTS["teacher_forced"].title, "GraphNav")
+            rows.append((found.name, model, "teacher forced", *cells))
+        theirs = _TABLE_5_ROWS.get(_paper_area(found.name))
+        if theirs is not None:
+            share = percent(paper_numbers()["table_5"][theirs])
+            rows.append((found.name, "GraphNav", "teacher forced, paper", share, *[NONE] * 3))
+        for label in ordered(found.drivers, ()):
+            spec = AGENTS.get(found.drivers[label].get("agent", label))
+            if spec is not None and spec.is_privileged:
+                continue
+            for rule in ("strict", "tolerant"):
+                numbers = found.drivers[label]
+                cells = _localization_cells(numbers if rule == "strict" else numbers["tolerant"])
+                rows.append((found.name, title_in(found, label), f"closed loop, {rule}", *cells))
     return PaperTable(
-        title="GraphNav, Table VI: behaviour prediction accuracy, %",
-        columns=("area", "model", "rule", *_BEHAVIORS, "edge"),
+        title="GraphNav, Table V: localization accuracy, % of steps",
+        columns=("area", "model", "measured", "edge", "95 % interval", "steps", "node"),
         rows=tuple(rows),
         notes=(
-            "Steps in parentheses. edge: believed edge is the true edge, while driving.",
+            "teacher forced: the expert drives, the network is told the last true edge.",
+            "closed loop: while the agent drives, up to its strict or tolerant verdict.",
+            "Intervals are over episodes, whose steps hang together.",
+        ),
+    )
+
+
+def prediction_table(stored: Sequence[StoredResults]) -> PaperTable:
+    """Table VI: how often the behaviour is rightly chosen, and localization while driving."""
+    rows: list[tuple[str, ...]] = []
+    for found, label, lines in _beside_the_paper(stored, "table_6"):
+        for source, numbers in lines:
+            if source == "paper":
+                cells = [*_prediction_cells(numbers), NONE]
+            else:
+                edge = percent(numbers["localization_accuracy"])
+                cells = [*_prediction_cells(numbers["by_behavior"]), edge]
+            rows.append((found.name, title_in(found, label), source, *cells))
+    offline = ", ".join(
+        f"{name} {percent(value)}" for name, value in paper_numbers()["table_5"].items()
+    )
+    return PaperTable(
+        title="GraphNav, Table VI: per-behaviour prediction accuracy, % of steps",
+        columns=("area", "model", "rule", *BEHAVIOR_COLUMNS, "edge"),
+        rows=tuple(rows),
+        notes=(
+            "Steps in parentheses, up to the verdict; 95 % interval over episodes after the rate.",
+            "edge: share of steps at which the believed edge is the true edge, while driving.",
             f"The paper's Table V measures the edge on recorded trajectories instead: {offline}.",
         ),
     )
+
+
+def _beside_the_paper(
+    stored: Sequence[StoredResults], table: str
+) -> Iterator[tuple[StoredResults, str, list[tuple[str, Mapping[str, Any]]]]]:
+    """Each run's agents in order: strict and tolerant numbers, and the paper's where it has."""
+    for found in stored:
+        theirs = paper_numbers()[table].get(_paper_area(found.name), {})
+        for label in ordered(found.drivers, theirs):
+            ours = found.drivers.get(label)
+            lines: list[tuple[str, Mapping[str, Any]]] = []
+            if ours is not None:
+                lines += [("strict", ours), ("tolerant", ours["tolerant"])]
+            if label in theirs:
+                lines.append(("paper", theirs[label]))
+            yield found, label, lines
 
 
 def summary_table(results: Mapping[str, Any], title: str) -> Table:
@@ -175,15 +249,15 @@ def summary_table(results: Mapping[str, Any], title: str) -> Table:
         speed = numbers["steps_per_second"]
         rows.append(
             (
-                _title(agent),
+                title_of(agent, numbers.get("agent")),
                 str(numbers["episodes"]),
-                _percent(numbers["success_rate"]),
-                _interval(numbers["success_ci95"]),
-                _percent(numbers["plan_completion"]),
-                _percent(numbers["tolerant"]["success_rate"]),
-                _percent(numbers.get("success_on_expert_feasible")),
-                _percent(numbers["localization_accuracy"]),
-                _NONE if speed is None else f"{speed:.0f}",
+                percent(numbers["success_rate"]),
+                interval(numbers["success_ci95"]),
+                percent(numbers["plan_completion"]),
+                percent(numbers["tolerant"]["success_rate"]),
+                percent(numbers.get("success_on_expert_feasible")),
+                percent(numbers["localization_accuracy"]),
+                NONE if speed is None else f"{speed:.0f}",
             )
         )
     notes = (
@@ -195,52 +269,21 @@ def summary_table(results: Mapping[str, Any], title: str) -> Table:
     return table
 
 
-def to_rich(table: PaperTable) -> Table:
-    """The table for a terminal."""
-    caption = "\n".join(table.notes) or None
-    shown = Table(title=escape(table.title), caption=caption, caption_justify="left")
-    for position, column in enumerate(table.columns):
-        is_name = position < table.name_columns
-        shown.add_column(column, justify="left" if is_name else "right", no_wrap=is_name)
-    areas = [row[0] if table.name_columns > 1 else "" for row in table.rows]
-    for row, area, following in itertools.zip_longest(table.rows, areas, areas[1:]):
-        shown.add_row(*map(escape, row), end_section=area != following)
-    return shown
-
-
-def to_csv(table: PaperTable) -> str:
-    """The table as CSV, with a header."""
-    sink = io.StringIO()
-    writer = csv.writer(sink, lineterminator="\n")
-    writer.writerow(table.columns)
-    writer.writerows(table.rows)
-    return sink.getvalue()
-
-
-def to_latex(table: PaperTable) -> str:
-    """The table as a LaTeX `table*` that needs the package booktabs."""
-    names = table.name_columns
-    columns = "l" * names + "r" * (len(table.columns) - names)
-    lines = [
-        r"\begin{table*}",
-        r"\centering\footnotesize\setlength{\tabcolsep}{3pt}",
-        rf"\caption{{{_latex(table.title)}. {_latex(' '.join(table.notes))}}}",
-        rf"\begin{{tabular}}{{{columns}}}",
-        r"\toprule",
-        " & ".join(map(_latex, table.columns)) + r" \\",
-        r"\midrule",
+def ordered(ours: Iterable[str], theirs: Iterable[str]) -> list[str]:
+    """The paper's agents in its order, then the others in ours."""
+    ours = list(ours)
+    present = {*ours, *theirs}
+    known = [*dict.fromkeys(("phasenet", "behavrnn", *AGENTS))]
+    return [name for name in known if name in present] + [
+        name for name in ours if name not in known
     ]
-    for before, row in zip((None, *table.rows), table.rows, strict=False):
-        if before is not None and before[: names - 1] != row[: names - 1]:
-            lines.append(r"\addlinespace")
-        lines.append(" & ".join(map(_latex, row)) + r" \\")
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", r"\end{table*}"]) + "\n"
 
 
-def _latex(text: str) -> str:
-    for plain, escaped in (("\\", r"\textbackslash{}"), ("%", r"\%"), ("_", r"\_"), ("&", r"\&")):
-        text = text.replace(plain, escaped)
-    return text
+def title_in(found: StoredResults, label: str) -> str:
+    """An agent's name in the tables."""
+    if label not in AGENTS and label in _PAPER_ONLY_TITLES:
+        return _PAPER_ONLY_TITLES[label]
+    return title_of(label, found.results["agents"].get(label, {}).get("agent"))
 
 
 def _paper_area(name: str) -> str:
@@ -248,53 +291,36 @@ def _paper_area(name: str) -> str:
     return "area_5" if name in ("area_5a", "area_5b") else name
 
 
-def _ordered(ours: Iterable[str], theirs: Iterable[str]) -> list[str]:
-    """The paper's agents in its order, then the others in ours."""
-    present = set(ours) | set(theirs)
-    known = ["phasenet", "behavrnn", *AGENTS]
-    return [name for name in known if name in present] + [
-        name for name in ours if name not in known
-    ]
-
-
-def _title(agent: str) -> str:
-    return AGENTS[agent].title if agent in AGENTS else _OTHER_TITLES.get(agent, agent)
-
-
 def _success_cells(numbers: Mapping[str, Any]) -> list[str]:
     behaviors = [
-        _counted(numbers["by_behavior"][name], "success_rate", "attempts")
-        for name in _BEHAVIORS.values()
-    ]
-    difficulties = [
-        f"{_percent(numbers['by_difficulty'][difficulty]['success_rate'])} / "
-        f"{_percent(numbers['by_difficulty'][difficulty]['plan_completion'])}"
-        for difficulty in _DIFFICULTIES
+        counted(numbers["by_behavior"][name], "success_rate", "attempts")
+        for name in BEHAVIOR_COLUMNS.values()
     ]
     return [
         *behaviors,
-        *difficulties,
-        _percent(numbers["success_rate"]),
-        _interval(numbers.get("success_ci95")),
-        _percent(numbers["plan_completion"]),
-        _percent(numbers.get("success_on_expert_feasible")),
+        *(pair(numbers["by_difficulty"][difficulty]) for difficulty in _DIFFICULTIES),
+        percent(numbers["success_rate"]),
+        interval(numbers.get("success_ci95")),
+        percent(numbers["plan_completion"]),
+        interval(numbers.get("plan_completion_ci95")),
+        percent(numbers.get("success_on_expert_feasible")),
+    ]
+
+
+def _localization_cells(numbers: Mapping[str, Any]) -> list[str]:
+    steps = numbers.get("localization_steps")
+    return [
+        percent(numbers["localization_accuracy"]),
+        interval(numbers.get("localization_ci95")),
+        NONE if steps is None else str(steps),
+        percent(numbers["node_localization_accuracy"]),
     ]
 
 
 def _prediction_cells(by_behavior: Mapping[str, Any]) -> list[str]:
-    return [
-        _counted(by_behavior[name], "prediction_accuracy", "prediction_steps")
-        for name in _BEHAVIORS.values()
-    ]
-
-
-def _counted(numbers: Mapping[str, Any], rate: str, count: str) -> str:
-    return f"{_percent(numbers[rate])} ({numbers[count]})"
-
-
-def _percent(value: float | None) -> str:
-    return _NONE if value is None else f"{100 * value:.1f}"
-
-
-def _interval(ends: Sequence[float] | None) -> str:
-    return _NONE if ends is None else f"{100 * ends[0]:.0f}..{100 * ends[1]:.0f}"
+    cells = []
+    for name in BEHAVIOR_COLUMNS.values():
+        ends = by_behavior[name].get("prediction_ci95")
+        rate = counted(by_behavior[name], "prediction_accuracy", "prediction_steps")
+        cells.append(rate if ends is None else rate.replace(" (", f" [{interval(ends)}] ("))
+    return cells
