@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.maps.map_strategy import map_contents, map_of
 from tests.maps.small_maps import NODES, office_floor
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import Behavior, NodeKind
@@ -26,35 +27,11 @@ from toponav.maps.spec import (
     save_map,
 )
 
-_name = st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_size=20)
-_metres = st.floats(-1e6, 1e6, allow_nan=False)
-
-
-@st.composite
-def _contents(draw: st.DrawFn) -> dict[str, Any]:
-    """What a map is made of. Checked classes are made in the test: their checks draw numbers."""
-    ids = draw(st.lists(_name, min_size=1, max_size=6, unique=True))
-    end, room = st.sampled_from(ids), st.none() | _name
-    kind, behavior = st.sampled_from(list(NodeKind)), st.sampled_from(list(Behavior))
-    node = st.tuples(kind, _metres, _metres, room, st.floats(0.001, 1000.0))
-    edge = st.tuples(end, end, behavior, st.floats(-math.pi, math.pi), st.floats(0, 1e6))
-    return {
-        "name": draw(_name),
-        "frame": (draw(_name), draw(room)),
-        "nodes": [(node_id, *draw(node)) for node_id in ids],
-        "edges": draw(st.dictionaries(_name, edge, max_size=8)),
-    }
-
 
 @settings(max_examples=40, deadline=None)
-@given(contents=_contents())
+@given(contents=map_contents())
 def test_a_saved_map_loads_as_it_was(contents: dict[str, Any], tmp_path_factory) -> None:
-    original = TopologicalMap(
-        contents["name"],
-        MapFrame(*contents["frame"]),
-        tuple(Node(*node) for node in contents["nodes"]),
-        tuple(Edge(edge_id, *edge) for edge_id, edge in contents["edges"].items()),
-    )
+    original = map_of(contents)
     path = tmp_path_factory.mktemp("maps") / "map.topo.json"
     save_map(original, path)
     first = path.read_bytes()
