@@ -20,6 +20,8 @@ _SEED_DEPTH_M = 0.15
 _JOIN_M = 0.15
 """Pieces of one boundary with a gap up to this (a post, a spot of noise) are one opening."""
 _KNOWN_DOOR_M = 1.0
+_DOORWAY_M = 2.0
+_WIDE_M = 1.0
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,22 @@ def find_openings(
             opening = _opening(scene, rooms, points[piece], towards[piece])
             if opening.width_m >= _CLEAR_M:
                 found.append(opening)
+    found = _one_per_doorway(found)
     return [_at_known_door(scene, opening) for opening in found]
+
+
+def _one_per_doorway(openings: list[Opening]) -> list[Opening]:
+    """The openings without the narrower of two side by side: holes in a scan, glass, a post."""
+    kept: list[Opening] = []
+    for opening in sorted(openings, key=lambda one: -one.width_m):
+        beside = any(
+            other.rooms == opening.rooms
+            and math.hypot(other.x_m - opening.x_m, other.y_m - opening.y_m) < _DOORWAY_M
+            for other in kept
+        )
+        if not beside or opening.width_m >= _WIDE_M:
+            kept.append(opening)
+    return sorted(kept, key=lambda one: (one.rooms, one.x_m, one.y_m))
 
 
 def grown_rooms(scene: Scene) -> Int32[np.ndarray, "rows cols"]:

@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int32
@@ -15,7 +15,7 @@ from toponav.maps._openings import Opening
 from toponav.worlds.free_space import FreeSpace
 from toponav.worlds.scene import Scene
 
-__all__ = ["Corridor", "Passages", "passages_of"]
+__all__ = ["Corridor", "Gate", "Passages", "passages_of"]
 
 _BEND_RAD = math.radians(40.0)
 _LEAST_WIDTH_M = 0.5
@@ -27,6 +27,8 @@ _ROUNDNESS = 3.0
 _COMFORT_M = 0.6
 _LOOK_M = 1.5
 _SNAP_M = 0.8
+_ACROSS_M = 6.0
+_OPPOSITE_RAD = math.radians(45.0)
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,38 @@ class Corridor:
 
 
 @dataclass(frozen=True)
+class Gate:
+    """Where a way across an open space leaves a hallway."""
+
+    x_m: float
+    """The point on the hallway's centre line, along x."""
+    y_m: float
+    """The same along y."""
+    heading_rad: float
+    """Heading from the hallway into the open space."""
+    right_m: float
+    """How far the gap reaches to the right of that heading."""
+    left_m: float
+    """How far it reaches to the left."""
+    is_beside: bool
+    """Whether the hallway goes on past it, with several doors opposite, as if it were a wall."""
+
+    def faces(self, door: Opening) -> bool:
+        """Whether a robot that comes out of a door has the gap about ahead."""
+        left_m = self.aside_m(door)
+        return left_m is not None and -self.right_m <= left_m <= self.left_m
+
+    def aside_m(self, door: Opening) -> float | None:
+        """How far left of the gap's axis a door opposite lies, None for doors elsewhere."""
+        if abs(angle_difference(door.heading_rad, self.heading_rad)) < math.pi - _OPPOSITE_RAD:
+            return None
+        x_m, y_m = door.x_m - self.x_m, door.y_m - self.y_m
+        ahead_m = x_m * math.cos(self.heading_rad) + y_m * math.sin(self.heading_rad)
+        left_m = y_m * math.cos(self.heading_rad) - x_m * math.sin(self.heading_rad)
+        return left_m if -_ACROSS_M < ahead_m < 0 else None
+
+
+@dataclass(frozen=True)
 class Passages:
     """Corridors and the points where they meet."""
 
@@ -88,6 +122,8 @@ class Passages:
     """Junctions, bends and dead ends (others may be unused)."""
     corridors: list[Corridor]
     """Ways between them."""
+    gates: dict[int, Gate]
+    """Points where a hallway opens to an open space."""
 
     def at_point(self, point: int) -> list[tuple[int, int]]:
         """Corridors that touch a point, each with the end (0 start, 1 end) that does."""
@@ -116,10 +152,15 @@ def passages_of(
     open_rooms = _open_rooms(scene, territory, openings, passage_rooms)
     floor = _clean_floor(scene, territory, passage_rooms - open_rooms)
     lines = center_lines(floor, scene.grid.resolution_m, scene.grid.origin_m)
-    _cross_open_spaces(scene, lines, territory, openings, open_rooms, passage_rooms)
-    doors = [o for o in openings if (o.rooms[0] in passage_rooms) != (o.rooms[1] in passage_rooms)]
-    _drop_stubs(lines, doors)
-    return _chained(lines)
+    doors = [
+        opening if opening.rooms[0] in passage_rooms else opening.reversed()
+        for opening in openings
+        if len(passage_rooms.intersection(opening.rooms)) == 1
+    ]
+    _drop_stubs(lines, doors, {})
+    gates = _cross_open_spaces(scene, lines, territory, openings, open_rooms, passage_rooms, doors)
+    _drop_stubs(lines, doors, gates)
+    return _chained(lines, gates)
 
 
 def _open_rooms(
@@ -170,10 +211,16 @@ def _cross_open_spaces(
     openings: list[Opening],
     open_rooms: set[int],
     passage_rooms: set[int],
-) -> None:
-    """Adds ways across open spaces: from opening to opening, or to and from the middle."""
+    doors: list[Opening],
+) -> dict[int, Gate]:
+    """Adds ways across open spaces: from opening to opening, or to and from the middle.
+
+    Returns:
+        The gates by their point on a hallway.
+    """
+    gates: dict[int, Gate] = {}
     if not open_rooms:
-        return
+        return gates
     free = FreeSpace.of(scene, 0.2)
     anchors: dict[int, int] = {}
     chosen: dict[int, list[Opening]] = {
@@ -190,7 +237,8 @@ def _cross_open_spaces(
                 other = opening.rooms[0] if opening.rooms[1] == room else opening.rooms[1]
                 point = lines.add(x_m, y_m)
                 if other not in open_rooms:
-                    _attach(lines, point)
+                    outward = opening if opening.rooms[1] == room else opening.reversed()
+                    _attach(lines, point, outward, doors, gates)
                 anchors[key] = point
             ends.append(anchors[key])
         if len(ends) == 2:
@@ -198,6 +246,7 @@ def _cross_open_spaces(
         else:
             middle = lines.add(*_middle(scene, free, territory, room, places))
             lines.pieces += [(end, middle) for end in ends]
+    return gates
 
 
 def _one_per_neighbour(
@@ -273,7 +322,13 @@ def _middle(
     return float(centers[best, 0]), float(centers[best, 1])
 
 
-def _attach(lines: Lines, point: int) -> None:
+def _attach(
+    lines: Lines,
+    point: int,
+    gap: Opening,
+    doors: list[Opening],
+    gates: dict[int, Gate],
+) -> None:
     """Joins a point to the nearest place on the lines that were there before it."""
     x_m, y_m = lines.points[point]
     best, best_m = None, math.inf
@@ -294,15 +349,31 @@ def _attach(lines: Lines, point: int) -> None:
         for end in (corridor.start, corridor.end)
     }
     if along_m < snap_m[corridor.start]:
-        foot = corridor.start
+        lines.pieces.append((corridor.start, point))
     elif corridor.length_m - along_m < snap_m[corridor.end]:
-        foot = corridor.end
+        lines.pieces.append((corridor.end, point))
     else:
-        foot = lines.split(number, *corridor.at(along_m)[:2])
-    lines.pieces.append((foot, point))
+        at_x_m, at_y_m, _ = corridor.at(along_m)
+        gate = _gate(at_x_m, at_y_m, gap)
+        sides = {gate.aside_m(door) > 0 for door in doors if gate.faces(door)}
+        if len(sides) > 1:
+            gate = replace(gate, is_beside=True)
+            foot = lines.add(at_x_m, at_y_m)
+        else:
+            foot = lines.split(number, at_x_m, at_y_m)
+        gates[foot] = gate
+        lines.pieces.append((foot, point))
 
 
-def _drop_stubs(lines: Lines, doors: list[Opening]) -> None:
+def _gate(x_m: float, y_m: float, gap: Opening) -> Gate:
+    """The gate of a point on a centre line and the gap beside it."""
+    heading = gap.heading_rad
+    left_m = (gap.y_m - y_m) * math.cos(heading) - (gap.x_m - x_m) * math.sin(heading)
+    half_m = gap.width_m / 2
+    return Gate(x_m, y_m, heading, half_m - left_m, half_m + left_m, is_beside=False)
+
+
+def _drop_stubs(lines: Lines, doors: list[Opening], gates: dict[int, Gate]) -> None:
     """Removes short dead ends without doors."""
     while True:
         touching: dict[int, list[int]] = defaultdict(list)
@@ -310,8 +381,12 @@ def _drop_stubs(lines: Lines, doors: list[Opening]) -> None:
             for point in piece:
                 touching[point].append(number)
         drop = None
-        for chain in _chained(lines).corridors:
-            loose = [point for point in (chain.start, chain.end) if len(touching[point]) == 1]
+        for chain in _chained(lines, gates).corridors:
+            loose = [
+                point
+                for point in (chain.start, chain.end)
+                if len(touching[point]) == 1 and point not in gates
+            ]
             if len(loose) == 1 and chain.length_m < _STUB_M and not _serves(lines, chain, doors):
                 drop = chain
                 break
@@ -344,7 +419,7 @@ def _serves(lines: Lines, chain: Corridor, doors: list[Opening]) -> bool:
     return False
 
 
-def _chained(lines: Lines) -> Passages:
+def _chained(lines: Lines, gates: dict[int, Gate]) -> Passages:
     """Pieces put together where they go on straight."""
     touching: dict[int, list[int]] = defaultdict(list)
     for number, piece in enumerate(lines.pieces):
@@ -368,7 +443,7 @@ def _chained(lines: Lines) -> Passages:
                 walk.append(_other(lines, onward, walk[-1]))
             course = np.array([lines.points[number] for number in walk])
             corridors.append(Corridor(walk[0], walk[-1], course))
-    return Passages(list(lines.points), corridors)
+    return Passages(list(lines.points), corridors, gates)
 
 
 def _is_place(lines: Lines, point: int, own: list[int]) -> bool:

@@ -6,15 +6,16 @@ from dataclasses import dataclass, field
 
 from toponav.core.geometry import angle_difference
 from toponav.maps._openings import Opening
-from toponav.maps._passages import Corridor, Passages
+from toponav.maps._passages import Passages
 
 __all__ = ["Entrance", "Place", "places_of"]
 
-FACING_M = 1.0
+FACING_M = 0.99
 """Doors on both sides closer than this along the corridor are one place, as people draw them."""
-_CORNER_DOOR_M = 1.2
+_CORNER_DOOR_M = 0.9
 """A door this close to a junction or bend belongs to it, as far as its direction allows."""
 _END_DOOR_M = 1.5
+_SAME_SIDE_RAD = math.radians(50.0)
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,15 @@ class Place:
     """How far along each of its corridors it is; a place along a corridor has one."""
 
 
+@dataclass(frozen=True)
+class _Door:
+    """An entrance beside a corridor."""
+
+    along_m: float
+    opening: Opening
+    entrance: Entrance
+
+
 def places_of(
     passages: Passages, entrances: list[tuple[Opening, Entrance]]
 ) -> dict[int, list[Place]]:
@@ -51,16 +61,16 @@ def places_of(
     for number, corridor in enumerate(passages.corridors):
         for point in (corridor.start, corridor.end):
             at_point.setdefault(point, Place(point=point))
-    beside: dict[int, list[tuple[float, Entrance]]] = defaultdict(list)
+    beside: dict[int, list[_Door]] = defaultdict(list)
     for opening, entrance in entrances:
         number, along_m = _corridor_of(passages, opening)
-        beside[number].append((along_m, entrance))
+        beside[number].append(_Door(along_m, opening, entrance))
     found = {}
     for number, corridor in enumerate(passages.corridors):
-        doors = sorted(beside[number], key=lambda one: one[0])
+        doors = sorted(beside[number], key=lambda door: door.along_m)
         doors = _give_to_ends(passages, number, doors, at_point)
         inner = [
-            Place([entrance for _, entrance in group], None, {number: _middle(group)})
+            Place([door.entrance for door in group], None, {number: _middle(group)})
             for group in _facing(doors)
         ]
         found[number] = [at_point[corridor.start], *inner, at_point[corridor.end]]
@@ -83,63 +93,57 @@ def _corridor_of(passages: Passages, opening: Opening) -> tuple[int, float]:
 
 
 def _give_to_ends(
-    passages: Passages,
-    number: int,
-    doors: list[tuple[float, Entrance]],
-    at_point: dict[int, Place],
-) -> list[tuple[float, Entrance]]:
+    passages: Passages, number: int, doors: list[_Door], at_point: dict[int, Place]
+) -> list[_Door]:
     """The doors that stay along the corridor; those close to its ends go to the places there."""
     corridor = passages.corridors[number]
     left = list(doors)
-    for end, point in enumerate((corridor.start, corridor.end)):
+    for point, backwards in ((corridor.start, False), (corridor.end, True)):
         dead_end = len(passages.at_point(point)) == 1
         reach_m = min(_END_DOOR_M if dead_end else _CORNER_DOOR_M, corridor.length_m / 2)
-        nearest_first = sorted(
-            left, key=lambda one: one[0] if end == 0 else corridor.length_m - one[0]
-        )
-        for along_m, entrance in nearest_first:
-            away_m = along_m if end == 0 else corridor.length_m - along_m
+        for door in reversed(left) if backwards else list(left):
+            away_m = corridor.length_m - door.along_m if backwards else door.along_m
             taken = [other.heading_rad for other in at_point[point].entrances]
             taken += [
                 passages.corridors[other].leaving_rad(side)
                 for other, side in passages.at_point(point)
             ]
-            if away_m <= reach_m and not any(
-                abs(angle_difference(entrance.heading_rad, heading)) < math.radians(50.0)
+            gate = passages.gates.get(point)
+            near = away_m <= reach_m or (gate is not None and gate.faces(door.opening))
+            if near and not any(
+                abs(angle_difference(door.entrance.heading_rad, heading)) < _SAME_SIDE_RAD
                 for heading in taken
             ):
-                at_point[point].entrances.append(entrance)
-                left.remove((along_m, entrance))
+                at_point[point].entrances.append(door.entrance)
+                left.remove(door)
     return left
 
 
-def _facing(doors: list[tuple[float, Entrance]]) -> list[list[tuple[float, Entrance]]]:
+def _facing(doors: list[_Door]) -> list[list[_Door]]:
     """Doors along a corridor by place: two on opposite sides are one if close enough."""
-    groups: list[list[tuple[float, Entrance]]] = []
-    taken: set[str] = set()
-    for along_m, entrance in doors:
-        if entrance.door in taken:
-            continue
-        group = [(along_m, entrance)]
-        facing = [
-            (abs(other_m - along_m), other_m, other)
-            for other_m, other in doors
-            if other.door not in taken
-            and abs(other_m - along_m) < FACING_M
-            and abs(angle_difference(other.heading_rad, entrance.heading_rad))
-            > math.radians(135.0)
-        ]
-        if facing:
-            _, other_m, other = min(facing, key=lambda one: one[0])
-            group.append((other_m, other))
-        taken |= {entrance.door for _, entrance in group}
-        groups.append(group)
+    pairs = sorted(
+        (aside_m, number, other)
+        for number, door in enumerate(doors)
+        for other in range(number + 1, len(doors))
+        if (aside_m := _aside_m(door, doors[other])) < FACING_M
+    )
+    groups, taken = [], set()
+    for _, number, other in pairs:
+        if not taken & {number, other}:
+            taken |= {number, other}
+            groups.append([doors[number], doors[other]])
+    groups += [[door] for number, door in enumerate(doors) if number not in taken]
     return sorted(groups, key=_middle)
 
 
-def _middle(group: list[tuple[float, Entrance]]) -> float:
-    return sum(along_m for along_m, _ in group) / len(group)
+def _aside_m(door: _Door, other: _Door) -> float:
+    """How far a robot that goes straight from one door to another must move aside."""
+    heading = door.entrance.heading_rad
+    if abs(angle_difference(other.entrance.heading_rad, heading)) < math.pi - _SAME_SIDE_RAD:
+        return math.inf
+    x_m, y_m = other.opening.x_m - door.opening.x_m, other.opening.y_m - door.opening.y_m
+    return abs(y_m * math.cos(heading) - x_m * math.sin(heading))
 
 
-def _unused(corridor: Corridor) -> None:
-    del corridor
+def _middle(group: list[_Door]) -> float:
+    return sum(door.along_m for door in group) / len(group)

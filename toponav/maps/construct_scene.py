@@ -28,8 +28,9 @@ _LANE_M = 0.115
 """Half the distance between the two directions."""
 _TURN_M = 0.92
 """Distance along the corridor from a door's axis to where a turn begins or is complete."""
-_BEYOND_M = 0.55
+_BEYOND_M = 0.3
 """At junctions a turn is complete this far beyond the walls of the corridor turned out of."""
+_NEAR_M = 0.5
 _SHARE_M = 0.6
 """Pairs closer than this along a corridor become one."""
 _OPEN = (RoomKind.OPEN_SPACE, RoomKind.LOUNGE)
@@ -93,6 +94,44 @@ def _draw_passages(drawing: _Drawing, passages: Passages, rooms: RoomNodes) -> N
         _draw_corridor(drawing, passages, number, placed[number], arms)
     for key in everything:
         _join(drawing, arms[key])
+    for point, gate in sorted(passages.gates.items()):
+        if gate.is_beside:
+            _join_beside(drawing, passages, point, placed, rooms, arms)
+
+
+def _join_beside(
+    drawing: _Drawing,
+    passages: Passages,
+    point: int,
+    placed: dict[int, list[Place]],
+    rooms: RoomNodes,
+    arms: dict[int, list[_Arm]],
+) -> None:
+    """Connects a way across an open space with the doors that it faces and the lanes beside.
+
+    People lead the outer lanes into the open space and leave those between the doors alone.
+    """
+    gate = passages.gates[point]
+    faced = {entrance.door for opening, entrance in rooms.entrances if gate.faces(opening)}
+    own = [
+        arm
+        for number, end in passages.at_point(point)
+        for arm in arms[id(placed[number][-1 if end else 0])]
+    ]
+    for places in placed.values():
+        covered = [
+            place
+            for place in places
+            if place.point is None and any(entrance.door in faced for entrance in place.entrances)
+        ]
+        if not covered:
+            continue
+        lanes = [[arm for arm in arms[id(place)] if not arm.is_room] for place in covered]
+        sides = [lanes[0][0], lanes[-1][-1]]
+        doors = [arm for place in covered for arm in arms[id(place)] if arm.source in faced]
+        for arm in own:
+            for other in (*sides, *doors):
+                _join(drawing, [arm, other])
 
 
 def _draw_corridor(
@@ -108,6 +147,9 @@ def _draw_corridor(
     for (here, here_m), (after, after_m) in itertools.pairwise(zip(places, along, strict=True)):
         leave = here_m + _reach_m(drawing, passages, number, here, 0)
         arrive = after_m - _reach_m(drawing, passages, number, after, 1)
+        if here.point is not None and after.point is not None:
+            spare_m = min(_BEYOND_M, max(0.0, (_SHARE_M + leave - arrive) / 2 + 1e-6))
+            leave, arrive = leave - spare_m, arrive + spare_m
         if arrive - leave < _SHARE_M:
             middle = min(max((leave + arrive) / 2, here_m), after_m)
             near = far = _draw_pair(drawing, corridor, middle)
@@ -135,11 +177,15 @@ def _reach_m(
     """Distance along a corridor from a place to where a turn there begins or is complete."""
     if place.point is None:
         return _TURN_M
-    if len(passages.at_point(place.point)) == 1:
+    if len(passages.at_point(place.point)) == 1 and place.point not in passages.gates:
         return _TURN_M if place.entrances else 0.3
     x_m, y_m = passages.points_m[place.point]
     row, col = drawing.scene.grid.cell_of(x_m, y_m)
-    return float(drawing.free.clearance_m[row, col]) + _BEYOND_M
+    near = round(_NEAR_M / drawing.scene.grid.resolution_m)
+    window = drawing.free.clearance_m[
+        max(row - near, 0) : max(row + near + 1, 0), max(col - near, 0) : max(col + near + 1, 0)
+    ]
+    return float(window.max(initial=0.0)) + _BEYOND_M
 
 
 def _draw_pair(drawing: _Drawing, corridor: Corridor, along_m: float) -> tuple[str, str]:
