@@ -81,4 +81,4 @@ def _darkened(image: UInt8[np.ndarray, "rows cols 3"]) -> UInt8[np.ndarray, "row
     """The same hues with light and dark exchanged, never brighter than a dark page can bear."""
     wide = image.astype(np.int16)
     turned = wide + 255 - wide.max(axis=2, keepdims=True) - wide.min(axis=2, keepdims=True)
-    return np.asarray(np.clip(turned * 0.55 + 20, 0, 255), dtype=np.uint8)
+    return np.asarray(np.clip(turned * 0.58 + 30, 0, 255), dtype=np.uint8)
