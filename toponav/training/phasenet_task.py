@@ -66,7 +66,7 @@ class PhaseNetTask:
         # A segment and its mirror image are two samples: number and whether to mirror.
         self._pool = np.concatenate([own, own + count]) if config.mirror else own
         self._val_pool = np.flatnonzero(split.val[self._segments.first])
-        self._val_drives = np.unique(self._trajectory[split.val])
+        self._val_drives = np.unique(self._trajectory[split.val]).astype(np.int64)
         if not len(self._pool):
             raise InputError(
                 "no frame for learning is on an edge of its plan",
@@ -163,7 +163,7 @@ class PhaseNetTask:
             position += done
             state = tuple(part * torch.from_numpy(~done)[:, None] for part in state)
             chosen[step] = table[rows, position]
-        truth = np.where(seen.is_there.numpy(), self._behavior[seen.index], -2)
+        truth = np.where(seen.is_there.numpy(), self._behavior[seen.index].astype(np.int64), -2)
         return chosen, truth
 
     def _drives(self, drives: Int64[np.ndarray, " batch"]) -> FrameSequences:

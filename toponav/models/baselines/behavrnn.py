@@ -50,7 +50,7 @@ class BehavRNN(nn.Module):
         self,
         frames: UInt8[Tensor, "valid frames rows cols"] | Float[Tensor, "valid frames rows cols"],
         is_there: Bool[Tensor, "steps batch"],
-        plans: Sequence[Int64[Tensor, " edges"]],
+        plans: Sequence[Int64[Tensor, " _edges"]],
     ) -> Float[Tensor, "steps batch behaviors"]:
         """Logits over behaviours at each step of drives that begin with their plan.
 
@@ -64,7 +64,7 @@ class BehavRNN(nn.Module):
         logits: Tensor = self.output(outputs)
         return logits.float()
 
-    def read(self, plans: Sequence[Int64[Tensor, " edges"]]) -> DecoderState:
+    def read(self, plans: Sequence[Int64[Tensor, " _edges"]]) -> DecoderState:
         """The state in which the decoder starts after each of these plans."""
         ordered = [plan.flip(0) if self.config.reads_backwards else plan for plan in plans]
         lengths = torch.tensor([len(plan) for plan in ordered])
