@@ -36,7 +36,7 @@ def _picture(image: np.ndarray) -> Texture:
     return np.asarray(np.clip(np.rint(image), 0, 255), dtype=np.uint8)
 
 
-def _shade(color: _Color, plane: _Plane, depth: float) -> np.ndarray:
+def _shade(color: np.ndarray, plane: _Plane, depth: float) -> np.ndarray:
     return np.asarray(color * (1.0 + depth * plane[..., None]))
 
 
@@ -172,7 +172,9 @@ def _paint(rng: np.random.Generator) -> Texture:
 
 
 def _white(rng: np.random.Generator) -> Texture:
-    return _picture(_shade(_rgb(rng, "#f3f1ec", "#f6f4f0", spread=2), _noise(rng, 64, 0.8), 0.01))
+    return _picture(
+        _shade(_rgb(rng, "#f3f1ec", "#f6f4f0", spread=2.0), _noise(rng, 64, 0.8), 0.01)
+    )
 
 
 def _wallpaper(rng: np.random.Generator) -> Texture:
@@ -336,7 +338,7 @@ def _books(rng: np.random.Generator) -> Texture:
     while col < wide - 2:
         width = int(rng.integers(2, 7))
         top = int(rng.integers(0, 16))
-        color = _rgb(rng, *_CLOTHS, "#efe6d2", "#b23a2e", "#2c4f7c", "#2f5d45", spread=14)
+        color = _rgb(rng, *_CLOTHS, "#efe6d2", "#b23a2e", "#2c4f7c", "#2f5d45", spread=14.0)
         image[top:, col : col + width] = color
         image[top:, col] *= 0.6
         if width > 3:
@@ -351,7 +353,7 @@ def _metal(rng: np.random.Generator) -> Texture:
 
 
 def _dark(rng: np.random.Generator) -> Texture:
-    color = _rgb(rng, "#1e1f22", "#2a2c30", "#17191c", spread=3)
+    color = _rgb(rng, "#1e1f22", "#2a2c30", "#17191c", spread=3.0)
     return _picture(_shade(color, _noise(rng, 64, 0.7), 0.04))
 
 
@@ -363,7 +365,7 @@ def _plastic(rng: np.random.Generator) -> Texture:
 
 
 def _ceramic(rng: np.random.Generator) -> Texture:
-    color = _rgb(rng, "#f5f5f3", "#eeece6", "#e6ecec", spread=2)
+    color = _rgb(rng, "#f5f5f3", "#eeece6", "#e6ecec", spread=2.0)
     return _picture(_shade(color, _noise(rng, 64, 1.2), 0.008))
 
 
@@ -385,18 +387,18 @@ def _wicker(rng: np.random.Generator) -> Texture:
 
 
 def _glow(rng: np.random.Generator) -> Texture:
-    return _picture(np.tile(_rgb(rng, "#fff1d6", "#fff8ea", "#ffe6bd", spread=3), (4, 4, 1)))
+    return _picture(np.tile(_rgb(rng, "#fff1d6", "#fff8ea", "#ffe6bd", spread=3.0), (4, 4, 1)))
 
 
 def _mirror(rng: np.random.Generator) -> Texture:
     """A dull reflection: light above, darker below."""
     rows = np.indices((64, 64))[0][..., None] / 64
-    image = _rgb(rng, "#dfe6ea", spread=3) * (1 - rows) + _rgb(rng, "#9aa6ac", spread=4) * rows
+    image = _rgb(rng, "#dfe6ea", spread=3.0) * (1 - rows) + _rgb(rng, "#9aa6ac", spread=4.0) * rows
     return _picture(image)
 
 
 def _water(rng: np.random.Generator) -> Texture:
-    color = _rgb(rng, "#cfe0e4", "#bfd8dc", spread=3)
+    color = _rgb(rng, "#cfe0e4", "#bfd8dc", spread=3.0)
     return _picture(_shade(color, _noise(rng, 64, 1.6), 0.02))
 
 
