@@ -210,7 +210,52 @@ CROP_FAMILY = WeightsFamily(
 )
 """The paper's scheme: a network that names an edge in a crop of the map."""
 
-FAMILIES: Sequence[WeightsFamily] = (CROP_FAMILY,)
+
+def _is_metric(weights: str | None) -> bool:
+    from toponav.models.checkpoints import holds_metric_weights
+
+    return weights is not None and holds_metric_weights(weights)
+
+
+def _metric_graphnav(context: AgentContext) -> Agent[NavigationTask]:
+    from toponav.navigation.graphnav.metric_agent import load_metric_agent
+
+    agent: Agent[NavigationTask] = load_metric_agent(
+        context.weights, pose_filter=False, camera=context.camera
+    )
+    return agent
+
+
+def _metric_graphnav_pf(context: AgentContext) -> Agent[NavigationTask]:
+    from toponav.navigation.graphnav.metric_agent import load_metric_agent
+
+    agent: Agent[NavigationTask] = load_metric_agent(
+        context.weights, pose_filter=True, camera=context.camera
+    )
+    return agent
+
+
+def _metric_gtl(context: AgentContext) -> Agent[NavigationTask]:
+    from toponav.evaluation.true_pose import TruePoseAgent
+    from toponav.navigation.graphnav.metric_agent import load_metric_agent
+
+    return TruePoseAgent(
+        load_metric_agent(context.weights, pose_filter=True, camera=context.camera)
+    )
+
+
+METRIC_FAMILY = WeightsFamily(
+    "metric",
+    _is_metric,
+    {
+        "graphnav": _metric_graphnav,
+        "graphnav_pf": _metric_graphnav_pf,
+        "gtl": _metric_gtl,
+    },
+)
+"""Preset `best`: a belief over poses in place of a crop of the map."""
+
+FAMILIES: Sequence[WeightsFamily] = (METRIC_FAMILY, CROP_FAMILY)
 """Kinds of weights; the first that owns the weights builds the agents. Others go in front."""
 
 
@@ -284,10 +329,25 @@ def check_weights(weights: str | None, names: Iterable[str]) -> None:
     Raises:
         InputError: If there are no such weights, or a file of them is broken.
     """
-    if any(name in AGENTS and AGENTS[name].is_learned for name in names):
-        from toponav.models.checkpoints import load_weights
+    names = frozenset(names)
+    if names & {"phasenet", "behavrnn"}:
+        from toponav.models import checkpoints
 
-        load_weights(weights or "compact")
+        if "phasenet" in names:
+            checkpoints.load_phasenet(weights or "compact")
+        if "behavrnn" in names:
+            checkpoints.load_behavrnn(weights or "compact")
+    if any(name in AGENTS and AGENTS[name].is_learned for name in names):
+        from toponav.models.checkpoints import (
+            holds_metric_weights,
+            load_metric_weights,
+            load_weights,
+        )
+
+        if weights is not None and holds_metric_weights(weights):
+            load_metric_weights(weights)
+        else:
+            load_weights(weights or "compact")
 
 
 def make_agent(name: str, context: AgentContext) -> Agent[NavigationTask]:

@@ -10,7 +10,7 @@ import json
 import math
 import struct
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
@@ -36,10 +36,13 @@ from toponav.models.graphnav.presets import BehaviorConfig, LocalizationConfig
 __all__ = [
     "SCHEMA_VERSION",
     "GraphNavWeights",
+    "MetricWeights",
     "Network",
     "checkpoint_metadata",
     "load_behavrnn",
+    "holds_metric_weights",
     "load_checkpoint",
+    "load_metric_weights",
     "load_phasenet",
     "load_weights",
     "save_checkpoint",
@@ -64,6 +67,14 @@ _MOST_BYTES = 2 << 30
 _MOST_HEADER_BYTES = 1 << 20
 _MOST_JSON_BYTES = 1 << 20
 _TRAIN_AGAIN = "copy it again, or train again with `toponav train`"
+
+
+@dataclass(frozen=True)
+class MetricWeights:
+    """The networks of a robot that believes in poses (preset `best`)."""
+
+    pose: PoseNetwork
+    steering: SteeringNetwork
 
 
 class GraphNavWeights:
@@ -176,6 +187,39 @@ def load_weights(name_or_dir: str | Path = "compact") -> GraphNavWeights:
     return GraphNavWeights(behaviors, localization)
 
 
+def holds_metric_weights(name_or_dir: str | Path) -> bool:
+    """Whether these are weights of the kind of preset `best`: a pose and a steering network.
+
+    Raises:
+        InputError: There are no such weights.
+    """
+    return (_find_weights(name_or_dir) / "steering.safetensors").is_file()
+
+
+def load_metric_weights(name_or_dir: str | Path = "best") -> MetricWeights:
+    """The pose and steering networks of a folder, or those that ship with the package.
+
+    Raises:
+        InputError: There are no such weights, or one of the files is broken.
+    """
+    directory = _find_weights(name_or_dir)
+    pose = load_checkpoint(directory / "pose.safetensors")
+    steering = load_checkpoint(directory / "steering.safetensors")
+    if not (isinstance(pose, PoseNetwork) and isinstance(steering, SteeringNetwork)):
+        raise InputError(
+            "these are not a pose and a steering network",
+            where=str(directory),
+            remedy=_TRAIN_AGAIN,
+        )
+    if pose.config.local_map != steering.config.local_map:
+        raise InputError(
+            "the pose and the steering network must see the same local map",
+            where=str(directory),
+            remedy=_TRAIN_AGAIN,
+        )
+    return MetricWeights(pose, steering)
+
+
 def load_phasenet(name_or_dir: str | Path = "compact") -> PhaseNet:
     """The PhaseNet of a folder, or the one that ships with the package under a preset's name.
 
@@ -204,7 +248,8 @@ def _load_baseline(name_or_dir: str | Path, kind: str) -> Network:
         raise InputError(
             f"these weights have no {kind}",
             where=str(path),
-            remedy=f"train one: `toponav train {kind} --data CACHE --out {path.parent}`",
+            remedy=f"train one: `toponav train {kind} --data CACHE --out {path.parent}`, or drive "
+            f"with the one that ships: --agent {kind}=compact",
         )
     network = load_checkpoint(path)
     if network.kind != kind:

@@ -10,10 +10,11 @@ from toponav.core.episode import Observation, Velocity
 from toponav.core.errors import InputError
 from toponav.data.driving import Driver
 from toponav.maps.task import NavigationTask
-from toponav.models.checkpoints import load_weights
+from toponav.models.checkpoints import holds_metric_weights, load_weights
 from toponav.navigation.graphnav.agent import GraphNavAgent, load_agent
 from toponav.navigation.graphnav.behavior_selection import BehaviorSelector
 from toponav.navigation.graphnav.driver import BehaviorDriver
+from toponav.navigation.graphnav.metric_agent import MetricGraphNavAgent, load_metric_agent
 from toponav.sim.simulation import SimState
 
 __all__ = ["LearnerFactory", "RolloutAgent"]
@@ -63,6 +64,35 @@ class _LearnerTurns:
         return self._driver.drive(self._selector.select(node), observation)
 
 
+class _MetricTurns:
+    """The same with preset `best`, which believes in poses; told its true one when `is_told`."""
+
+    def __init__(self, agent: MetricGraphNavAgent, share: float, *, is_told: bool) -> None:
+        self._agent, self._share, self._is_told = agent, share, is_told
+        self._random = np.random.default_rng(0)
+        self._expert_drives = False
+
+    def reset(self, task: NavigationTask, random: np.random.Generator, attempt: int) -> None:
+        """Begin a drive."""
+        self._random = random
+        self._expert_drives = bool(random.random() < self._share)
+        self._agent.reset(task)
+
+    def act(
+        self, observation: Observation, state: SimState, expert: Velocity, node: str | None
+    ) -> Velocity:
+        """The learner's command, or the expert's while it has the wheel."""
+        if self._random.random() < 1.0 / _MEAN_TURN_STEPS:
+            self._expert_drives = bool(self._random.random() < self._share)
+        if self._is_told:
+            self._agent.tell_pose(state.pose.x_m, state.pose.y_m, state.pose.yaw_rad)
+        learner = self._agent.act(observation)
+        if not self._expert_drives:
+            return learner
+        self._agent.overruled(expert)
+        return expert
+
+
 @dataclass(frozen=True)
 class LearnerFactory:
     """Makes the learner that drives while a DAgger round is recorded.
@@ -100,6 +130,9 @@ class LearnerFactory:
         import torch
 
         torch.set_num_threads(1)
+        if holds_metric_weights(self.weights):
+            metric = load_metric_agent(self.weights, pose_filter=True, camera=self.camera)
+            return _MetricTurns(metric, self.expert_share, is_told=self.agent == "gtl")
         driver = BehaviorDriver(load_weights(self.weights).behaviors, self.camera)
         agent = None
         if self.agent != "gtl":

@@ -5,6 +5,7 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int64, UInt8
@@ -29,7 +30,8 @@ from toponav.training.samples import first_frames
 
 __all__ = ["Drawn", "MetricData", "draw_beliefs", "pages_of"]
 
-_AHEAD = np.array(AHEAD_M)
+_AHEAD: Final = np.array(AHEAD_M)
+_MOST_BYTES_IN_MEMORY: Final = 4 << 30
 
 
 class MetricData:
@@ -98,7 +100,9 @@ class MetricData:
             for views in made:
                 views.flush()
             write_atomically(stamp, key.encode())
-        near, far = (np.asarray(np.load(path, mmap_mode="r")) for path in paths)
+        # Random rows of a mapped file wait for the disk; what fits is read at once.
+        mode: Literal["r"] | None = "r" if np.prod(shape) > _MOST_BYTES_IN_MEMORY else None
+        near, far = (np.asarray(np.load(path, mmap_mode=mode)) for path in paths)
         return near, far
 
     @functools.cached_property

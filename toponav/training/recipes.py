@@ -31,10 +31,12 @@ from toponav.training.samples import TrainingData, check_image, split_frames
 
 __all__ = [
     "data_digest",
+    "run_metadata",
     "train_behaviors",
     "train_behavrnn",
     "train_localization",
     "train_phasenet",
+    "write_run",
 ]
 
 
@@ -66,8 +68,8 @@ def train_behaviors(
     check_image(data, preset.image, preset.name)
     split = split_frames(data)
     digest = data_digest(data)
-    metadata = _metadata(preset, digest, split.val_buildings)
-    _write_run(out, "behaviors", config, metadata)
+    metadata = run_metadata(preset.name, digest, split.val_buildings)
+    write_run(out, "behaviors", config, metadata)
     began = time.monotonic()
     results = []
     for number, behavior in enumerate(behaviors):
@@ -107,8 +109,8 @@ def train_localization(
     check_image(data, preset.image, preset.name)
     split = split_frames(data)
     digest = data_digest(data)
-    metadata = _metadata(preset, digest, split.val_buildings)
-    _write_run(out, "localization", config, metadata)
+    metadata = run_metadata(preset.name, digest, split.val_buildings)
+    write_run(out, "localization", config, metadata)
     torch.manual_seed(config.seed)
     model = LocalizationNetwork(preset.localization)
     task = LocalizationTask(model, data, split, config)
@@ -138,8 +140,8 @@ def train_phasenet(
     check_image(data, preset.image, preset.name)
     split = split_frames(data)
     digest = data_digest(data)
-    metadata = _metadata(preset, digest, split.val_buildings)
-    _write_run(out, "phasenet", config, metadata)
+    metadata = run_metadata(preset.name, digest, split.val_buildings)
+    write_run(out, "phasenet", config, metadata)
     torch.manual_seed(config.seed)
     task = PhaseNetTask(PhaseNet(preset.phasenet), data, split, config)
     return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
@@ -169,8 +171,8 @@ def train_behavrnn(
     check_image(data, preset.image, preset.name)
     split = split_frames(data)
     digest = data_digest(data)
-    metadata = _metadata(preset, digest, split.val_buildings)
-    _write_run(out, "behavrnn", config, metadata)
+    metadata = run_metadata(preset.name, digest, split.val_buildings)
+    write_run(out, "behavrnn", config, metadata)
     torch.manual_seed(config.seed)
     task = BehavRNNTask(BehavRNN(preset.behavrnn), data, split, config)
     return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
@@ -188,18 +190,18 @@ def data_digest(data: TrainingData) -> str:
     return digest.hexdigest()
 
 
-def _metadata(
-    preset: Preset | BaselinePreset, digest: str, val_buildings: tuple[str, ...]
-) -> dict[str, Any]:
+def run_metadata(preset: str, digest: str, val_buildings: tuple[str, ...]) -> dict[str, Any]:
+    """What a checkpoint remembers of its training beside its configuration."""
     return {
-        "preset": preset.name,
+        "preset": preset,
         "data_sha256": digest,
         "environment": environment(),
         "validation_buildings": list(val_buildings),
     }
 
 
-def _write_run(out: Path, recipe: str, config: TrainingConfig, metadata: dict[str, Any]) -> None:
+def write_run(out: Path, recipe: str, config: TrainingConfig, metadata: dict[str, Any]) -> None:
+    """Write `run_<recipe>.json`: the resolved configuration, the data and the versions."""
     document = {
         "recipe": recipe,
         "config": asdict(config),

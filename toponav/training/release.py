@@ -3,13 +3,24 @@
 from pathlib import Path
 from typing import Any
 
-from toponav.models.checkpoints import checkpoint_metadata, load_weights, save_checkpoint
+from toponav.models.checkpoints import (
+    Network,
+    checkpoint_metadata,
+    holds_metric_weights,
+    load_behavrnn,
+    load_metric_weights,
+    load_phasenet,
+    load_weights,
+    save_checkpoint,
+)
 
 __all__ = ["release_weights"]
 
 
 def release_weights(run: Path, out: Path) -> dict[str, Any]:
-    """Store a run's six networks in half precision and say how large they are.
+    """Store a run's networks in half precision and say how large they are.
+
+    PhaseNet and BehavRNN are stored too where the run has them.
 
     Args:
         run: Folder that `toponav train` wrote.
@@ -18,11 +29,7 @@ def release_weights(run: Path, out: Path) -> dict[str, Any]:
     Raises:
         InputError: A network is missing or broken.
     """
-    weights = load_weights(run)
-    networks: dict[str, Any] = {
-        f"behavior_{behavior}": network for behavior, network in weights.behaviors.items()
-    }
-    networks["localization"] = weights.localization
+    networks = _metric_networks(run) if holds_metric_weights(run) else _crop_networks(run)
     out.mkdir(parents=True, exist_ok=True)
     sizes = {}
     for name, network in networks.items():
@@ -30,3 +37,21 @@ def release_weights(run: Path, out: Path) -> dict[str, Any]:
         path = save_checkpoint(network, out / name, metadata, dtype="float16")
         sizes[name] = path.stat().st_size + path.with_suffix(".json").stat().st_size
     return {"out": str(out), "bytes": sum(sizes.values()), "networks": sizes}
+
+
+def _metric_networks(run: Path) -> dict[str, Network]:
+    weights = load_metric_weights(run)
+    return {"pose": weights.pose, "steering": weights.steering}
+
+
+def _crop_networks(run: Path) -> dict[str, Network]:
+    weights = load_weights(run)
+    networks: dict[str, Network] = {
+        f"behavior_{behavior}": network for behavior, network in weights.behaviors.items()
+    }
+    networks["localization"] = weights.localization
+    if (run / "phasenet.safetensors").is_file():
+        networks["phasenet"] = load_phasenet(run)
+    if (run / "behavrnn.safetensors").is_file():
+        networks["behavrnn"] = load_behavrnn(run)
+    return networks

@@ -36,20 +36,20 @@ class Pages(NamedTuple):
 
 @njit(cache=True)
 def draw_pages(
-    pages,
-    page,
-    believed,
-    low_m,
-    high_m,
-    noise,
-    cell_m,
-    ahead_m,
-    kinds,
-    mirrored,
-    pictures,
-    features,
-    progress_m,
-):
+    pages: Pages,
+    page: np.ndarray,
+    believed: np.ndarray,
+    low_m: np.ndarray,
+    high_m: np.ndarray,
+    noise: np.ndarray,
+    cell_m: float,
+    ahead_m: np.ndarray,
+    kinds: int,
+    mirrored: np.ndarray,
+    pictures: np.ndarray,
+    features: np.ndarray,
+    progress_m: np.ndarray,
+) -> None:
     """Draw each believed pose [batch, 3] on its page, and say what the plan looks like.
 
     Progress is sought between `low_m` and `high_m` and left in `progress_m`. `noise` [batch,

@@ -15,7 +15,7 @@ _MOST = np.float32(1.0)
 
 
 @njit(cache=True)
-def move(grid, cell_m, pose, step):
+def move(grid: np.ndarray, cell_m: float, pose: np.ndarray, step: np.ndarray) -> None:
     """Advance `pose` [x, y, yaw] by `step` [forward, left, turn] and clear what rolls in.
 
     The grid [2, n, n] is anchored in the frame that dead reckoning began in; a cell holds the
@@ -41,7 +41,15 @@ def move(grid, cell_m, pose, step):
 
 
 @njit(cache=True, fastmath=True)
-def insert(grid, cell_m, pose, profile, azimuth, max_depth_m, reach_m):
+def insert(
+    grid: np.ndarray,
+    cell_m: float,
+    pose: np.ndarray,
+    profile: np.ndarray,
+    azimuth: np.ndarray,
+    max_depth_m: float,
+    reach_m: float,
+) -> None:
     """Mark what a profile [2, bins] saw free or occupied from `pose`."""
     n = grid.shape[1]
     bands, bins = profile.shape
@@ -73,7 +81,9 @@ def insert(grid, cell_m, pose, profile, azimuth, max_depth_m, reach_m):
 
 
 @njit(cache=True, fastmath=True)
-def view(grid, cell_m, pose, view_cell_m, out):
+def view(
+    grid: np.ndarray, cell_m: float, pose: np.ndarray, view_cell_m: float, out: np.ndarray
+) -> None:
     """Fill `out` [rows, cols] with the grid around the robot, forward rows, leftward columns.
 
     A byte holds both bands in four bits each: 0 for free, 7 for unknown, 15 for occupied.
@@ -102,8 +112,18 @@ def view(grid, cell_m, pose, view_cell_m, out):
 
 @njit(cache=True)
 def replay(
-    profiles, steps, is_first, cell_m, size, azimuth, max_depth_m, reach_m, cells_m, near, far
-):
+    profiles: np.ndarray,
+    steps: np.ndarray,
+    is_first: np.ndarray,
+    cell_m: float,
+    size: int,
+    azimuth: np.ndarray,
+    max_depth_m: float,
+    reach_m: float,
+    cells_m: np.ndarray,
+    near: np.ndarray,
+    far: np.ndarray,
+) -> None:
     """The near and the far view of recorded frames.
 
     `steps[i]` is the motion from frame i to i + 1; `is_first[i]` is true where a trajectory

@@ -24,7 +24,9 @@ _BEHIND_M = 1.0
 
 
 @njit(cache=True, fastmath=True)
-def _blob(channel, x, y, radius, value, cell_m):
+def _blob(
+    channel: np.ndarray, x: float, y: float, radius: float, value: float, cell_m: float
+) -> None:
     """A cone at (x forward, y left) metres from the robot."""
     rows, cols = channel.shape
     row, col = x / cell_m + rows / 2 - 0.5, y / cell_m + cols / 2 - 0.5
@@ -37,7 +39,17 @@ def _blob(channel, x, y, radius, value, cell_m):
 
 
 @njit(cache=True, fastmath=True)
-def _line(channel, ax, ay, bx, by, radius, value_a, value_b, cell_m):
+def _line(
+    channel: np.ndarray,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    radius: float,
+    value_a: float,
+    value_b: float,
+    cell_m: float,
+) -> None:
     """A ridge from a to b whose height goes from value_a to value_b."""
     rows, cols = channel.shape
     r0, c0 = ax / cell_m + rows / 2 - 0.5, ay / cell_m + cols / 2 - 0.5
@@ -69,7 +81,7 @@ def _line(channel, ax, ay, bx, by, radius, value_a, value_b, cell_m):
 
 
 @njit(cache=True)
-def arc_lengths(path):
+def arc_lengths(path: np.ndarray) -> np.ndarray:
     """Metres along a polyline [points, 2] at each of its points."""
     out = np.zeros(path.shape[0])
     for i in range(1, path.shape[0]):
@@ -78,7 +90,9 @@ def arc_lengths(path):
 
 
 @njit(cache=True)
-def progress_on(path, arc, x, y, low_m, high_m):
+def progress_on(
+    path: np.ndarray, arc: np.ndarray, x: float, y: float, low_m: float, high_m: float
+) -> float:
     """Metres along the path at its point nearest to (x, y), sought between two arc lengths."""
     best, best_away = low_m, 1e18
     for i in range(path.shape[0] - 1):
@@ -97,7 +111,7 @@ def progress_on(path, arc, x, y, low_m, high_m):
 
 
 @njit(cache=True)
-def follow_progress(path, arc, positions):
+def follow_progress(path: np.ndarray, arc: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """The progress at each of a drive's positions [steps, 2 or more], each near the last."""
     out = np.empty(positions.shape[0], np.float32)
     at = 0.0
@@ -108,9 +122,9 @@ def follow_progress(path, arc, positions):
 
 
 @njit(cache=True)
-def _point_at(path, arc, s, out):
+def _point_at(path: np.ndarray, arc: np.ndarray, s: float, out: np.ndarray) -> None:
     last = path.shape[0] - 1
-    i = np.searchsorted(arc, s) - 1
+    i = int(np.searchsorted(arc, s)) - 1
     i = min(max(i, 0), max(last - 1, 0))
     length = arc[min(i + 1, last)] - arc[i]
     t = 0.0 if length < 1e-9 else min(max((s - arc[i]) / length, 0.0), 1.0)
@@ -120,7 +134,16 @@ def _point_at(path, arc, s, out):
 
 
 @njit(cache=True)
-def path_features(path, arc, behaviors, progress_m, pose, ahead_m, kinds, out):
+def path_features(
+    path: np.ndarray,
+    arc: np.ndarray,
+    behaviors: np.ndarray,
+    progress_m: float,
+    pose: np.ndarray,
+    ahead_m: np.ndarray,
+    kinds: int,
+    out: np.ndarray,
+) -> None:
     """What the plan looks like from `pose`: [points ahead x 2, rest, behaviours now and ahead].
 
     `behaviors` [edges] are those of the path's pieces; behaviours are given one-hot at half a
@@ -139,14 +162,25 @@ def path_features(path, arc, behaviors, progress_m, pose, ahead_m, kinds, out):
     at += 1
     for k in range(3):
         where = min(progress_m + 0.05 + k * 0.75, arc[-1] - 1e-6)
-        i = np.searchsorted(arc, where) - 1
+        i = int(np.searchsorted(arc, where)) - 1
         i = min(max(i, 0), behaviors.shape[0] - 1)
         out[at + behaviors[i]] = 1.0
         at += kinds
 
 
 @njit(cache=True)
-def draw_map(node_xy, node_kind, node_on_plan, edges, path, arc, progress_m, pose, cell_m, out):
+def draw_map(
+    node_xy: np.ndarray,
+    node_kind: np.ndarray,
+    node_on_plan: np.ndarray,
+    edges: np.ndarray,
+    path: np.ndarray,
+    arc: np.ndarray,
+    progress_m: float,
+    pose: np.ndarray,
+    cell_m: float,
+    out: np.ndarray,
+) -> None:
     """Fill `out` [CHANNELS, rows, cols] with the map as seen from `pose` [x, y, yaw].
 
     `node_kind`: 0 room, 1 door, 2 hall or open space. `edges` [edges, 2] index nodes.

@@ -1,10 +1,10 @@
-"""A belief over poses: dead reckoning moves it, the pose network corrects it."""
+"""Beliefs over poses: dead reckoning moves them, the pose network corrects them."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Float64
 
 from toponav.core.errors import InputError
 
@@ -13,7 +13,7 @@ __all__ = ["PoseFilter", "PoseFilterConfig"]
 
 @dataclass(frozen=True)
 class PoseFilterConfig:
-    """How the belief spreads as the robot moves, and how far a correction is trusted."""
+    """How a belief spreads as the robot moves, and how far a correction is trusted."""
 
     start_std_m: float = 1.8
     """At the start: the robot is somewhere in the room of its node."""
@@ -28,7 +28,7 @@ class PoseFilterConfig:
     inflation: float = 8.0
     """Consecutive corrections repeat each other's errors: their variance counts this often."""
     most_m: float = 1.5
-    """No correction moves the belief farther than this."""
+    """No correction moves a belief farther than this."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -41,65 +41,88 @@ class PoseFilterConfig:
 
 
 class PoseFilter:
-    """A Kalman filter over (x, y, yaw) in the map's frame.
+    """Kalman filters over (x, y, yaw) in the map's frame, one for each of several robots.
+
+    Attributes:
+        pose: The most likely poses.
+        covariance: Their spread.
 
     Args:
-        config: Its noise.
+        start: Poses to begin at: nodes, facing along edges.
+        config: The filters' noise.
     """
 
-    def __init__(self, config: PoseFilterConfig | None = None) -> None:
+    def __init__(
+        self, start: Float[np.ndarray, "robots 3"], config: PoseFilterConfig | None = None
+    ) -> None:
         self.config = config or PoseFilterConfig()
-        self.pose = np.zeros(3)
-        self.covariance = np.eye(3)
-
-    def reset(self, x_m: float, y_m: float, yaw_rad: float) -> None:
-        """Begin at a node, facing along an edge."""
-        config = self.config
-        self.pose = np.array([x_m, y_m, yaw_rad])
-        self.covariance = np.diag(
-            [config.start_std_m**2, config.start_std_m**2, config.start_std_rad**2]
+        spread = [self.config.start_std_m**2] * 2 + [self.config.start_std_rad**2]
+        self.pose: Float64[np.ndarray, "robots 3"] = np.array(start, dtype=np.float64)
+        self.covariance: Float64[np.ndarray, "robots 3 3"] = np.tile(
+            np.diag(spread), (len(start), 1, 1)
         )
 
-    def predict(self, step: Float[np.ndarray, " 3"]) -> None:
-        """Move by a dead-reckoned step: metres forward and left, radians turned."""
+    def predict(self, step: Float[np.ndarray, "robots 3"]) -> None:
+        """Move by dead-reckoned steps: metres forward and left, radians turned."""
         config = self.config
-        middle = self.pose[2] + 0.5 * step[2]
-        c, s = math.cos(middle), math.sin(middle)
-        dx, dy = step[0] * c - step[1] * s, step[0] * s + step[1] * c
-        self.pose = self.pose + np.array([dx, dy, step[2]])
-        jacobian = np.eye(3)
-        jacobian[0, 2], jacobian[1, 2] = -dy, dx
-        driven, turned = abs(float(step[0])), abs(float(step[2]))
-        along = (config.step_std_m + config.slip * driven) ** 2
-        across = config.step_std_m**2
-        noise = np.diag([0.0, 0.0, (config.step_std_rad + config.slip * turned) ** 2])
-        turn = np.array([[c, -s], [s, c]])
-        noise[:2, :2] = turn @ np.diag([along, across]) @ turn.T
-        self.covariance = jacobian @ self.covariance @ jacobian.T + noise
+        turn = _rotations(self.pose[:, 2] + 0.5 * step[:, 2])
+        moved = np.einsum("rij,rj->ri", turn[:, :2, :2], step[:, :2])
+        self.pose[:, :2] += moved
+        self.pose[:, 2] += step[:, 2]
+        jacobian = np.tile(np.eye(3), (len(step), 1, 1))
+        jacobian[:, 0, 2], jacobian[:, 1, 2] = -moved[:, 1], moved[:, 0]
+        noise = np.stack(
+            [
+                config.step_std_m + config.slip * np.abs(step[:, 0]),
+                np.full(len(step), config.step_std_m),
+                config.step_std_rad + config.slip * np.abs(step[:, 2]),
+            ],
+            axis=1,
+        )
+        self.covariance = _around(jacobian, self.covariance) + _spread(turn, noise)
 
-    def correct(self, mean: Float[np.ndarray, " 3"], std: Float[np.ndarray, " 3"]) -> None:
-        """Take in where the pose network sees the true pose from the believed one.
+    def correct(
+        self, mean: Float[np.ndarray, "robots 3"], std: Float[np.ndarray, "robots 3"]
+    ) -> None:
+        """Take in where the pose network sees the true poses from the believed ones.
 
         Args:
             mean: Metres forward, metres left, radians to the left.
             std: Their standard deviations.
         """
         config = self.config
-        size = math.hypot(float(mean[0]), float(mean[1]))
-        shrink = min(1.0, config.most_m / max(size, 1e-9))
-        c, s = math.cos(self.pose[2]), math.sin(self.pose[2])
-        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        innovation = turn @ (np.asarray(mean, dtype=np.float64) * [shrink, shrink, 1.0])
-        noise = turn @ np.diag(np.asarray(std, dtype=np.float64) ** 2 * config.inflation) @ turn.T
+        seen = np.array(mean, dtype=np.float64)
+        size = np.hypot(seen[:, 0], seen[:, 1])
+        seen[:, :2] *= np.minimum(1.0, config.most_m / np.maximum(size, 1e-9))[:, None]
+        turn = _rotations(self.pose[:, 2])
+        noise = _spread(turn, np.asarray(std, np.float64) * math.sqrt(config.inflation))
         gain = self.covariance @ np.linalg.inv(self.covariance + noise)
-        self.pose = self.pose + gain @ innovation
-        left = np.eye(3) - gain
-        self.covariance = left @ self.covariance @ left.T + gain @ noise @ gain.T
+        self.pose += np.einsum("rij,rj->ri", gain @ turn, seen)
+        self.covariance = _around(np.eye(3) - gain, self.covariance) + _around(gain, noise)
 
     @property
-    def std_in_robot(self) -> Float[np.ndarray, " 3"]:
+    def std_in_robot(self) -> Float64[np.ndarray, "robots 3"]:
         """Standard deviations forward, to the left, and of the heading."""
-        c, s = math.cos(self.pose[2]), math.sin(self.pose[2])
-        turn = np.array([[c, s], [-s, c]])
-        spread = turn @ self.covariance[:2, :2] @ turn.T
-        return np.sqrt(np.array([spread[0, 0], spread[1, 1], self.covariance[2, 2]]))
+        turned = _around(_rotations(-self.pose[:, 2]), self.covariance)
+        return np.asarray(np.sqrt(np.diagonal(turned, axis1=1, axis2=2)))
+
+
+def _rotations(yaw_rad: Float64[np.ndarray, " robots"]) -> Float64[np.ndarray, "robots 3 3"]:
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    out = np.zeros((len(yaw_rad), 3, 3))
+    out[:, 0, 0], out[:, 0, 1], out[:, 1, 0], out[:, 1, 1], out[:, 2, 2] = c, -s, s, c, 1.0
+    return out
+
+
+def _around(
+    matrix: Float64[np.ndarray, "#robots 3 3"], middle: Float64[np.ndarray, "robots 3 3"]
+) -> Float64[np.ndarray, "robots 3 3"]:
+    product: np.ndarray = matrix @ middle @ matrix.transpose(0, 2, 1)
+    return product
+
+
+def _spread(
+    turn: Float64[np.ndarray, "robots 3 3"], std: Float64[np.ndarray, "robots 3"]
+) -> Float64[np.ndarray, "robots 3 3"]:
+    """The covariance of independent errors along axes that are turned."""
+    return _around(turn, std[:, :, None] ** 2 * np.eye(3))

@@ -93,9 +93,9 @@ class DepthProfiler:
             self._ray_up,
             self._ray_left,
             self._bins,
-            np.float32(self.camera.mount_height_m),
+            self.camera.mount_height_m,
             self._bands_m,
-            np.float32(self.image.max_depth_m),
+            self.image.max_depth_m,
             out,
         )
         return out

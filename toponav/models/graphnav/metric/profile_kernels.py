@@ -12,7 +12,16 @@ FARTHEST = 254
 
 
 @njit(cache=True, fastmath=True)
-def profile(depth_m, ray_up, ray_left, bin_of_column, camera_height_m, bands_m, max_depth_m, out):
+def profile(
+    depth_m: np.ndarray,
+    ray_up: np.ndarray,
+    ray_left: np.ndarray,
+    bin_of_column: np.ndarray,
+    camera_height_m: float,
+    bands_m: np.ndarray,
+    max_depth_m: float,
+    out: np.ndarray,
+) -> None:
     """Fill `out` [bands, bins] with the least depth of each band of heights in each bin.
 
     `ray_up` [rows] and `ray_left` [cols] are a pixel's offsets at depth one; `bands_m`

@@ -1,15 +1,17 @@
 """The network that drives: local map, map and plan around the believed pose to a velocity."""
 
+import numpy as np
 import torch
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Float32, UInt8
 from torch import Tensor, nn
 
+from toponav.core.episode import VelocityLimits
 from toponav.models.graphnav.metric.map_picture import PLAN_FEATURES
 from toponav.models.graphnav.metric.pictures import PictureEncoder
 from toponav.models.graphnav.metric.presets import SteeringConfig
 from toponav.models.graphnav.velocity_head import VelocityHead
 
-__all__ = ["STEERING_FEATURES", "SteeringNetwork"]
+__all__ = ["STEERING_FEATURES", "SteeringNetwork", "steering_features"]
 
 STEERING_FEATURES = PLAN_FEATURES + 5
 """The plan's numbers, the last command, and the belief's three standard deviations."""
@@ -58,6 +60,26 @@ class SteeringNetwork(nn.Module):
         pictured = self.encoder(local_map, map_picture)
         outputs: Tensor = self.output(torch.cat([pictured, seen, features], dim=1))
         return outputs
+
+
+def steering_features(
+    plan: Float32[np.ndarray, "batch plan"],
+    last_command: Float[np.ndarray, "batch 2"],
+    std: Float[np.ndarray, "batch 3"],
+    limits: VelocityLimits,
+) -> Float32[np.ndarray, "batch features"]:
+    """The numbers that the network is told beside its pictures.
+
+    Args:
+        plan: What the plan looks like (`MapArrays.plan_features`).
+        last_command: m/s and rad/s.
+        std: Of the belief: metres forward and left, radians.
+        limits: What commands are measured by.
+    """
+    shares = last_command / np.array([limits.linear_m_s, limits.angular_rad_s])
+    spread = np.minimum(std, 2.0) * np.array([1.0, 1.0, 4.0])
+    features: np.ndarray = np.concatenate([plan, shares, spread], axis=1).astype(np.float32)
+    return features
 
 
 def _after(size: int, stride: int) -> int:

@@ -1,0 +1,196 @@
+"""GraphNav with a belief over poses: what preset `best` drives with."""
+
+import math
+from typing import Final
+
+import numpy as np
+import torch
+from jaxtyping import Float32, Float64
+
+from toponav.core.camera import PinholeCamera
+from toponav.core.episode import Belief, Observation, Velocity
+from toponav.maps.task import NavigationTask
+from toponav.models.checkpoints import load_metric_weights
+from toponav.models.graphnav.metric.local_map import LocalMap
+from toponav.models.graphnav.metric.map_picture import MAP_CHANNELS, MapArrays
+from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterConfig
+from toponav.models.graphnav.metric.pose_network import PoseNetwork
+from toponav.models.graphnav.metric.steering import SteeringNetwork, steering_features
+from toponav.models.graphnav.preprocess import frame_reducer
+from toponav.navigation.graphnav.depth_guard import DepthGuard
+from toponav.navigation.graphnav.node_belief import NodeBelief
+
+__all__ = ["MetricGraphNavAgent", "load_metric_agent"]
+
+_STOP: Final = Velocity(0.0, 0.0)
+_BACK_M, _AHEAD_M, _NEAR_M = 1.0, 2.5, 1.0
+_SURE_STD: Final = np.array([0.06, 0.05, 0.03])
+
+
+class MetricGraphNavAgent:
+    """Drives a plan from depth images and the map, knowing how far it has come along an edge.
+
+    The robot adds up its own commands and what it sees in a local map; the pose network lays
+    that over the topological map and says how far the believed pose is off; a filter keeps
+    the belief. The steering network drives along the plan, told the behaviour that is due.
+    Told the true pose at every step, the same agent is GTL.
+
+    Args:
+        pose_network: Says how far off a believed pose is.
+        steering: Drives.
+        camera: The camera that the robot carries.
+        filter_config: Noise of the filter; None takes each correction whole (GraphNav
+            without its particle filter).
+    """
+
+    def __init__(
+        self,
+        pose_network: PoseNetwork,
+        steering: SteeringNetwork,
+        camera: PinholeCamera,
+        filter_config: PoseFilterConfig | None,
+    ) -> None:
+        self._pose_network, self._steering = pose_network.eval(), steering.eval()
+        self._filter_config = filter_config
+        config = steering.config
+        self._reduce = frame_reducer(camera, config)
+        self._guard = DepthGuard(camera)
+        self._local_map = LocalMap(config.image, config.local_map)
+        cells = config.local_map.view_cells
+        self._picture = np.empty((MAP_CHANNELS, cells, cells), np.float32)
+        self._task: NavigationTask | None = None
+        self._true_pose: Float64[np.ndarray, " 3"] | None = None
+        self._belief = Belief()
+
+    def reseed(self, seed: int) -> None:
+        """Nothing here is random."""
+
+    def reset(self, task: NavigationTask) -> None:
+        """Begin at the plan's first node: all that the robot is ever told."""
+        self._task = task
+        self._arrays = MapArrays.of(task.map, task.plan)
+        self._nodes = NodeBelief(task)
+        start = task.map.node(task.plan.nodes[0])
+        yaw_rad = task.map.edge(task.plan.edges[0]).yaw_rad
+        self._filter = PoseFilter(np.array([[start.x_m, start.y_m, yaw_rad]]), self._filter_config)
+        self._local_map.clear()
+        self._guard.reset()
+        self._progress_m = 0.0
+        self._commands = np.zeros((2, 2))
+        self._is_first = True
+        self._true_pose = None
+        self._turn_rad_s: torch.Tensor | None = None
+        self._belief = Belief(start.id, task.plan.edges[0])
+
+    def tell_pose(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Believe this pose at the next `act`: for GTL, which is told the truth."""
+        self._true_pose = np.array([x_m, y_m, yaw_rad])
+
+    def overruled(self, command: Velocity) -> None:
+        """The robot carried out this command in place of the last one: dead reckoning follows."""
+        self._commands[0] = command.linear_m_s, command.angular_rad_s
+
+    def act(self, observation: Observation) -> Velocity:
+        """The command for this step; zero when the frame cannot be trusted."""
+        assert self._task is not None, "reset the agent first"
+        because = self._guard.fault(observation.depth_m, Velocity(*self._commands[0].tolist()))
+        step = self._steering.config.odometry.step(*self._commands)
+        if not self._is_first:
+            self._local_map.advance(step)
+            self._filter.predict(step[None])
+        self._is_first = False
+        self._commands = np.stack([np.zeros(2), self._commands[0]])
+        if because:
+            return self._stop(because)
+        profile = self._reduce(observation.depth_m)
+        self._local_map.insert(profile)
+        self._locate()
+        return self._drive(profile)
+
+    def belief(self) -> Belief:
+        """Where it thinks it is."""
+        return self._belief
+
+    @property
+    def pose(self) -> Float64[np.ndarray, " 3"]:
+        """The believed x, y (metres) and yaw (radians) in the map's frame."""
+        believed: np.ndarray = self._filter.pose[0].copy()
+        return believed
+
+    def _stop(self, because: str) -> Velocity:
+        last = self._belief
+        self._belief = Belief(last.node, last.edge, last.behavior, {}, because)
+        return _STOP
+
+    @torch.inference_mode()
+    def _locate(self) -> None:
+        """Lay what was seen over the map, and correct the belief."""
+        config = self._pose_network.config.local_map
+        if self._true_pose is not None:
+            self._filter.pose[0] = self._true_pose
+        believed = self._filter.pose[0]
+        low_m, high_m = self._progress_m - _BACK_M, self._progress_m + _AHEAD_M
+        self._progress_m = self._arrays.progress_m(believed[0], believed[1], low_m, high_m)
+        if self._true_pose is not None:
+            return
+        self._arrays.draw(believed, self._progress_m, config.far_cell_m, self._picture)
+        view = self._local_map.view(config.far_cell_m)
+        mean, log_std = self._pose_network(
+            torch.from_numpy(view)[None], torch.from_numpy(self._picture)[None]
+        )
+        if not (torch.isfinite(mean).all() and torch.isfinite(log_std).all()):
+            return
+        if self._filter_config is None:
+            self._filter.covariance[0] = np.diag(np.exp(2 * log_std[0].numpy()).astype(float))
+            self._filter.config = PoseFilterConfig(inflation=1e-6)
+        self._filter.correct(mean.numpy(), log_std.exp().numpy())
+
+    @torch.inference_mode()
+    def _drive(self, profile: np.ndarray) -> Velocity:
+        config = self._steering.config
+        believed = self._filter.pose[0]
+        at = self._arrays.progress_m(
+            believed[0], believed[1], self._progress_m - _NEAR_M, self._progress_m + _NEAR_M
+        )
+        self._arrays.draw(believed, at, config.local_map.near_cell_m, self._picture)
+        view = self._local_map.view(config.local_map.near_cell_m)
+        outputs = self._steering(
+            torch.from_numpy(view)[None],
+            torch.from_numpy(self._picture)[None],
+            torch.from_numpy(profile)[None],
+            torch.from_numpy(self._features(at)),
+        )
+        velocity = self._steering.head.velocity(outputs, self._turn_rad_s)
+        speed, turn = velocity[0].tolist()
+        if not (math.isfinite(speed) and math.isfinite(turn)):
+            return self._stop("the steering network gave a velocity that is not finite")
+        command = config.limits.clip(Velocity(speed, turn))
+        self._turn_rad_s = velocity[:, 1]
+        self._commands[0] = command.linear_m_s, command.angular_rad_s
+        self._belief = self._nodes.belief(believed, at, self._filter.std_in_robot[0])
+        return command
+
+    def _features(self, progress_m: float) -> Float32[np.ndarray, "1 features"]:
+        plan = self._arrays.plan_features(self._filter.pose[0], progress_m)
+        std = _SURE_STD if self._true_pose is not None else self._filter.std_in_robot[0]
+        return steering_features(
+            plan[None], self._commands[1][None], std[None], self._steering.config.limits
+        )
+
+
+def load_metric_agent(
+    weights: str | None, *, pose_filter: bool, camera: PinholeCamera
+) -> MetricGraphNavAgent:
+    """GraphNav with a pose belief, with the networks of a folder or of a shipped preset.
+
+    Args:
+        weights: A folder of checkpoints, the name of a shipped preset, or None for `best`.
+        pose_filter: Whether to filter the belief (GraphNavPF).
+        camera: The camera that the robot carries.
+
+    Raises:
+        InputError: The weights cannot be read, or the camera does not suit them.
+    """
+    loaded = load_metric_weights(weights or "best")
+    config = PoseFilterConfig() if pose_filter else None
+    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config)
