@@ -132,7 +132,10 @@ def _loops(
         if frozenset((low, high)) in made or wall.length < 6:
             continue
         kinds = {specs[low].kind, specs[high].kind}
-        if (specs[low].is_public and specs[high].is_public) or kinds == {RoomKind.HALLWAY, RoomKind.KITCHEN}:
+        if (specs[low].is_public and specs[high].is_public) or kinds == {
+            RoomKind.HALLWAY,
+            RoomKind.KITCHEN,
+        }:
             more.append(Link(low, high, wall))
     return more
 

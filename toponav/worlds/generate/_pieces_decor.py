@@ -347,3 +347,22 @@ def _fitness(b: ShapeBuilder, rng: Rng) -> None:
     b.bar((0, 0.75, 0.3), (0, 0.8, 1.1), 0.03, "metal")
     b.bar((-0.24, 0.72, 1.12), (0.24, 0.72, 1.12), 0.016, "dark")
     b.box((-0.09, 0.09), (0.78, 0.82), (1.08, 1.22), "dark")
+
+
+def build_curtain(b: ShapeBuilder, width: float, low: float, high: float) -> None:
+    """One half of a pair, in folds, between two heights."""
+    folds = max(3, round(width / 0.07))
+    x = np.linspace(-width / 2, width / 2, folds + 1)
+    y = np.where(np.arange(folds + 1) % 2, 0.055, 0.015)
+    points, uv = [], []
+    for n in range(folds):
+        (x0, x1), (y0, y1) = (x[n], x[n + 1]), (y[n], y[n + 1])
+        points.append([(x1, y1, low), (x0, y0, low), (x0, y0, high), (x1, y1, high)])
+        uv.append([(x1, low), (x0, low), (x0, high), (x1, high)])
+    b.quads(np.array(points), np.array(uv), "curtain")
+    b.quads(np.array(points)[:, ::-1], np.array(uv)[:, ::-1], "curtain")
+
+
+@furniture_class("curtain", _S.CLUTTER, 0.0)
+def _curtain(b: ShapeBuilder, rng: Rng) -> None:
+    build_curtain(b, float(rng.uniform(0.3, 0.5)), 0.1, 2.2)

@@ -3,20 +3,31 @@
 import numpy as np
 
 from toponav.core.errors import InputError
+from toponav.worlds.furniture_library import FurnitureLibrary
+from toponav.worlds.generate._home_canvas import Canvas
 from toponav.worlds.generate._home_circulation import Link, borders, plan_cost
+from toponav.worlds.generate._home_furnish import furnish_home
 from toponav.worlds.generate._home_growth import Labels, grow_plan
 from toponav.worlds.generate._home_program import FEWEST_ROOMS, MOST_ROOMS, RoomSpec, draw_program
 from toponav.worlds.generate._home_shell import CELL_M, Opening, Shell, raise_shell
-from toponav.worlds.scene import Door, GridFrame, Provenance, Room, Scene, scene_from_heights
+from toponav.worlds.generate._home_shell_mesh import build_shell
+from toponav.worlds.generate._home_style import draw_palettes
+from toponav.worlds.generate._home_walls import place_windows, wall_runs
+from toponav.worlds.scene import Door, GridFrame, Provenance, Room, Scene
 
-__all__ = ["HOME_VERSION", "generate_home"]
+__all__ = ["HELD_OUT_SEEDS", "HOME_VERSION", "generate_home"]
 
-HOME_VERSION = "0"
+HOME_VERSION = "1"
+
+HELD_OUT_SEEDS = range(2000, 3000)
+"""Homes of these seeds are furnished with models and surfaces that no other home has."""
 
 _PLANS, _GOOD_COST = 120, 2.0
 
 
-def generate_home(seed: int, rooms: int | None = None, furniture: object = None) -> Scene:
+def generate_home(
+    seed: int, rooms: int | None = None, furniture: FurnitureLibrary | None = None
+) -> Scene:
     """A home: rooms, doors, windows and furniture.
 
     Args:
@@ -43,7 +54,7 @@ def generate_home(seed: int, rooms: int | None = None, furniture: object = None)
         rng = np.random.default_rng([seed, attempt])
         shell = _shell(rng, draw_program(rng, rooms))
         if shell is not None:
-            return _scene(seed, shell, rng)
+            return _scene(seed, shell, rng, furniture)
     raise AssertionError(f"no home came of seed {seed}")
 
 
@@ -63,33 +74,29 @@ def _shell(rng: np.random.Generator, specs: tuple[RoomSpec, ...]) -> Shell | Non
     return raise_shell(rng, specs, best[1], best[2], borders(best[1]))
 
 
-def _scene(seed: int, shell: Shell, rng: np.random.Generator) -> Scene:
-    heights = np.where(shell.wall, np.float32(shell.ceiling_m), np.float32(0))
-    for number in range(len(shell.specs)):
-        for _ in range(4):
-            tall, wide = rng.integers(8, 24, 2)
-            cells = np.argwhere(shell.room_index == number)
-            row, col = cells[rng.integers(len(cells))]
-            box = slice(row, row + tall), slice(col, col + wide)
-            window = (shell.room_index[box] == number) & ~shell.keep_free[box]
-            if (
-                window.all()
-                and (
-                    heights[slice(row - 9, row + tall + 9), slice(col - 9, col + wide + 9)] == 0
-                ).all()
-            ):
-                heights[box] = 0.7
-    rooms = [Room(spec.name, spec.kind) for spec in shell.specs]
-    doors = [_door(shell, opening) for opening in shell.openings]
-    return scene_from_heights(
-        f"home-{seed}",
-        GridFrame(CELL_M, (0.0, 0.0), *heights.shape),
-        heights,
+def _scene(
+    seed: int, shell: Shell, rng: np.random.Generator, furniture: FurnitureLibrary | None
+) -> Scene:
+    """The furnished home of a shell."""
+    held_out = seed in HELD_OUT_SEEDS
+    canvas = Canvas(shell)
+    runs = wall_runs(shell)
+    place_windows(rng, shell, runs)
+    palettes = draw_palettes(rng, shell.specs, held_out)
+    build_shell(canvas, runs, palettes)
+    furnish_home(rng, canvas, runs, palettes, held_out, furniture)
+    return Scene(
+        name=f"home-{seed}",
+        grid=GridFrame(CELL_M, (0.0, 0.0), *shell.wall.shape),
+        heights_m=canvas.heights_m,
         ceiling_m=shell.ceiling_m,
         room_index=shell.room_index,
-        rooms=rooms,
-        doors=doors,
+        rooms=tuple(Room(spec.name, spec.kind) for spec in shell.specs),
+        doors=tuple(_door(shell, opening) for opening in shell.openings),
+        semantics=canvas.semantics,
         provenance=Provenance("home", HOME_VERSION, seed),
+        imported_mesh=canvas.mesh(),
+        attribution=canvas.attribution,
     )
 
 
