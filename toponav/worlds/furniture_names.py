@@ -77,6 +77,7 @@ CLASS_OF: dict[str, SemanticClass] = {
 
 # The first rule whose words the name holds decides, so the special stands before the general.
 _RULES: tuple[tuple[str, str], ...] = (
+    ("picture", r"picture|portrait|painting|frame\b|poster|calendar"),
     ("upper_cabinet", r"upper .*cabinet|upper .*shel|hanging cabinet"),
     ("tv_stand", r"tv ?stand|television ?cabinet|tv ?cabinet|tv ?bench|media console"),
     ("filing_cabinet", r"filing cabinet|file cabinet|drawers? cabinet|locker"),
@@ -138,7 +139,6 @@ _RULES: tuple[tuple[str, str], ...] = (
     ("computer", r"computer|laptop|imac|ibook|keyboard|tablet|\bpc\b"),
     ("printer", r"printer|copier|scanner"),
     ("mirror", r"mirror"),
-    ("picture", r"picture|portrait|painting|frame\b|poster|calendar"),
     ("clock", r"clock"),
     ("rug", r"\brug\b|carpet|door ?mat|bath ?mat"),
     ("curtain", r"curtain|blind\b|drape"),

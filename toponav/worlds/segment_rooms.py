@@ -16,7 +16,7 @@ from skimage.segmentation import watershed
 from toponav.core.errors import InputError
 from toponav.worlds.grid_kernels import distance_to_solid
 
-__all__ = ["Opening", "RoomShapes", "Segmentation", "segment_rooms"]
+__all__ = ["Opening", "RoomShapes", "Segmentation", "openings_between", "segment_rooms"]
 
 _EIGHT = np.ones((3, 3), bool)
 
@@ -26,22 +26,28 @@ class RoomShapes:
     """What tells a door from a wide passage and a room from a niche.
 
     Attributes:
-        widest_door_m: No passage wider than this parts two rooms.
-        narrowing: A passage parts two rooms when it is at most this share of the width of the
-            narrower one.
+        widest_door_m: A passage up to this width parts two rooms where it is at most
+            `narrowing` of the width of the narrower one.
+        widest_arch_m: So does a passage up to this width where it is at most `arch_narrowing`.
+        narrowing: Share of the width of a room.
+        arch_narrowing: Share of the width of a room.
         least_room_m2: Smaller regions belong to the neighbour with the widest passage.
         loose_m: Pieces shorter than this that touch no wall are furniture, and ignored.
     """
 
     widest_door_m: float = 1.6
+    widest_arch_m: float = 4.0
     narrowing: float = 0.8
+    arch_narrowing: float = 0.6
     least_room_m2: float = 1.5
     loose_m: float = 2.5
 
     def __post_init__(self) -> None:
         limits = {
             "widest_door_m": 0.3 <= self.widest_door_m <= 10,
+            "widest_arch_m": 0 <= self.widest_arch_m <= 20,
             "narrowing": 0 < self.narrowing <= 1,
+            "arch_narrowing": 0 < self.arch_narrowing <= 1,
             "least_room_m2": 0 <= self.least_room_m2 <= 1000,
             "loose_m": 0 <= self.loose_m <= 100,
         }
@@ -52,6 +58,11 @@ class RoomShapes:
                     where="RoomShapes",
                     remedy="give metres, and the narrowing as a share of 1",
                 )
+
+    def parts(self, width_m: float, share: float) -> bool:
+        """Whether a passage of this width, and this share of the narrower room's, is a door."""
+        is_door = width_m <= self.widest_door_m and share <= self.narrowing
+        return is_door or (width_m <= self.widest_arch_m and share <= self.arch_narrowing)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +135,34 @@ def segment_rooms(
     return Segmentation(room_index, doors)
 
 
+def openings_between(
+    room_index: Int16[np.ndarray, "rows cols"],
+    occupied: Bool[np.ndarray, "rows cols"],
+    resolution_m: float,
+    *,
+    origin_m: tuple[float, float] = (0.0, 0.0),
+    reach_m: float = 0.6,
+    widest_m: float = 3.0,
+) -> tuple[Opening, ...]:
+    """The openings between rooms that are known already, by labels or by hand.
+
+    Args:
+        room_index: Room of each cell; -1 is nowhere, such as in a doorway.
+        occupied: Cells that hold a wall or furniture.
+        resolution_m: Side of a cell.
+        origin_m: Lower-left corner of cell (0, 0), from which the openings' segments count.
+        reach_m: Rooms are taken to run on this far into free cells of no room.
+        widest_m: Wider borders between two rooms are no openings but open plan.
+    """
+    walls = _without_loose(occupied, RoomShapes().loose_m / resolution_m)
+    width: np.ndarray = distance_to_solid(np.ascontiguousarray(walls)) * np.float32(resolution_m)
+    away, (row, col) = ndimage.distance_transform_edt(room_index < 0, return_indices=True)
+    near = (away * resolution_m <= reach_m) & ~walls
+    kept = np.where(near, room_index[row, col], -1).astype(np.int32)
+    found = _doors(kept, width, resolution_m, origin_m)
+    return tuple(opening for opening in found if opening.width_m <= widest_m)
+
+
 def _without_loose(occupied: np.ndarray, loose_cells: float) -> np.ndarray:
     """The walls: solid pieces that are long, or that touch the edge of the grid."""
     pieces, count = ndimage.label(occupied, structure=_EIGHT)
@@ -189,9 +228,7 @@ def _merge(
             if a == b:
                 continue
             small = min(area[a], area[b]) < shapes.least_room_m2
-            is_door = 2 * half_m <= shapes.widest_door_m and half_m <= shapes.narrowing * min(
-                peak[a], peak[b]
-            )
+            is_door = shapes.parts(2 * half_m, half_m / min(peak[a], peak[b]))
             if small if only_small else not is_door:
                 keep, gone = min(a, b), max(a, b)
                 parent[gone] = keep
@@ -269,13 +306,13 @@ def _jambs(
     row0, col0 = np.maximum(middle - reach, 0)
     solid = width_m[row0 : middle[0] + reach + 1, col0 : middle[1] + reach + 1] <= 0
     solid = np.pad(solid, 1, constant_values=True)
-    spread = np.arange(-2, 3)
+    spread = np.arange(-2, 3, 2)
     near = (middle - (row0, col0) + 1) + np.stack(np.meshgrid(spread, spread), -1).reshape(-1, 2)
     near = near[((near >= 0) & (near < solid.shape)).all(axis=1)]
     near = near[~solid[near[:, 0], near[:, 1]]] + 0.5
-    angle = np.arange(0.0, np.pi, np.pi / 24)
+    angle = np.arange(0.0, np.pi, np.pi / 16)
     way = np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    steps = np.arange(0.0, 2.0 * reach, 0.25)
+    steps = np.arange(0.0, 2.0 * reach, 0.5)
     lengths = [_walk(solid, near, sign * way, steps) for sign in (1.0, -1.0)]
     # Of equal segments the one nearest to the middle.
     away = np.hypot(*(near - near.mean(axis=0)).T)[:, None]

@@ -11,7 +11,7 @@ from toponav.worlds.grid import SemanticClass
 from toponav.worlds.materials import GREY, Material
 from toponav.worlds.mesh import SceneMesh
 
-__all__ = ["MAX_FACES", "MeshPart", "Notes", "clean_part", "join_parts", "move_part"]
+__all__ = ["MAX_FACES", "MeshFile", "MeshPart", "Notes", "clean_part", "join_parts", "move_part"]
 
 MAX_FACES = 30_000_000
 """More triangles than this are refused before they fill the memory."""
@@ -51,6 +51,8 @@ class MeshPart:
         corner_uv: Place in the texture of each corner, v up; None where there is none.
         materials: What surfaces look like.
         semantic: Class, where the file's labels tell it.
+        room: Name of the room that the file's labels put it in, or None.
+        group: Parts of equal group are one object; None is an object of its own.
     """
 
     name: str
@@ -60,6 +62,23 @@ class MeshPart:
     corner_uv: Float32[np.ndarray, "faces 3 2"] | None = None
     materials: tuple[Material, ...] = field(default=(GREY,))
     semantic: SemanticClass | None = None
+    room: str | None = None
+    group: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """What a file holds, in its own frame.
+
+    Attributes:
+        parts: Objects.
+        unit_m: Length of its unit, or None where the format does not say.
+        up: The axis that points up, X, Y or Z, or None where the format does not say.
+    """
+
+    parts: list[MeshPart]
+    unit_m: float | None = None
+    up: str | None = None
 
 
 def move_part(part: MeshPart, matrix: Float[np.ndarray, "4 4"]) -> MeshPart:
@@ -123,9 +142,12 @@ def join_parts(
     vertices, faces, material, uv, kinds, instances = [], [], [], [], [], []
     materials: dict[int, int] = {}
     kept: list[Material] = []
-    before = 0
-    for number, (part, kind) in enumerate(zip(parts, semantics, strict=True)):
+    number_of: dict[str, int] = {}
+    before = objects = 0
+    for part, kind in zip(parts, semantics, strict=True):
         count = len(part.faces)
+        number = objects if part.group is None else number_of.setdefault(part.group, objects)
+        objects += number == objects
         to = np.zeros(len(part.materials), np.int32)
         for place, one in enumerate(part.materials):
             if id(one) not in materials:

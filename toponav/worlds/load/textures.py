@@ -1,17 +1,22 @@
 """Pictures on surfaces, from files of strangers."""
 
 import io
+import posixpath
 import warnings
 
 import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
-from toponav.core.errors import InputError
+from toponav.core.errors import InputError, shown
+from toponav.worlds.load.mesh_parts import Notes
+from toponav.worlds.load.source_files import SourceFiles, beside
 
-__all__ = ["MAX_TEXTURE_BYTES", "read_texture", "texture_of_image"]
+__all__ = ["named_texture", "read_texture", "texture_of_image"]
 
-MAX_TEXTURE_BYTES = 64_000_000
+_MAX_BYTES = 64_000_000
+_ELSEWHERE = ("", "textures/", "../textures/", "../materials/textures/", "materials/textures/")
+"""Where exporters mean to have put a picture whose path is one of the author's own machine."""
 _MAX_PIXELS = 64_000_000
 _FORMATS = ("PNG", "JPEG", "BMP", "GIF", "TGA", "TIFF")
 
@@ -53,3 +58,30 @@ def texture_of_image(image: Image.Image, *, max_px: int = 512) -> UInt8[np.ndarr
         size = (max(1, round(image.width * scale)), max(1, round(image.height * scale)))
         image = image.resize(size, Image.Resampling.BOX)
     return np.asarray(image, np.uint8)
+
+
+def named_texture(
+    files: SourceFiles, document: str, reference: str, notes: Notes, *, max_px: int = 512
+) -> UInt8[np.ndarray, "h w 3"] | None:
+    """The picture that a document names, or None, noted, where there is none that can be read.
+
+    A path that leads nowhere is tried again as a bare file name, beside the document and in
+    the folders where textures usually lie.
+
+    Args:
+        files: Where the document and its pictures lie.
+        document: Name of the document.
+        reference: What it says.
+        notes: Where it is written down that a picture is left out.
+        max_px: Longest side; larger pictures are shrunk.
+    """
+    fault = ""
+    plain = posixpath.basename(reference.strip().replace("\\", "/"))
+    for name in [reference, *(folder + plain for folder in _ELSEWHERE)]:
+        try:
+            place = beside(document, name)
+            return read_texture(files.read(place, max_bytes=_MAX_BYTES), place, max_px=max_px)
+        except InputError as error:
+            fault = fault or error.rule[:120]
+    notes.add(f"texture {shown(reference, 60)} left out: {fault}")
+    return None

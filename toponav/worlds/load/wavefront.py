@@ -7,7 +7,7 @@ import numpy as np
 from toponav.core.errors import InputError, shown
 from toponav.worlds.load.mesh_parts import MAX_FACES, MeshPart, Notes
 from toponav.worlds.load.source_files import SourceFiles, beside
-from toponav.worlds.load.textures import MAX_TEXTURE_BYTES, read_texture
+from toponav.worlds.load.textures import named_texture
 from toponav.worlds.load.wavefront_kernels import count_obj, fill_obj
 from toponav.worlds.materials import GREY, Material, linear_rgb
 
@@ -219,12 +219,9 @@ class _Materials:
             return None
         name = beside(library, reference)
         if name not in self._textures:
-            self._textures[name] = None
-            try:
-                data = self._files.read(name, max_bytes=MAX_TEXTURE_BYTES)
-                self._textures[name] = read_texture(data, name, max_px=self._max_texture_px)
-            except InputError as error:
-                self._notes.add(f"texture {shown(reference, 60)} left out: {error.rule[:120]}")
+            self._textures[name] = named_texture(
+                self._files, library, reference, self._notes, max_px=self._max_texture_px
+            )
         return self._textures[name]
 
 

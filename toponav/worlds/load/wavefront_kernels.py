@@ -136,10 +136,10 @@ def _kind(data, at, end):  # type: ignore[no-untyped-def]
             return _NAME, at
     elif size == 2 and data[begin] == 118 and data[begin + 1] == 116:  # vt
         return _TEXTURE, at
-    elif size == 6 and data[begin] == 117 and data[begin + 1] == 115:  # usemtl
-        return _NAME, at
-    elif size == 6 and data[begin] == 109 and data[begin + 1] == 116:  # mtllib
-        return _NAME, at
+    elif size == 6:  # usemtl, mtllib
+        first, second = data[begin], data[begin + 1]
+        if (first == 117 and second == 115) or (first == 109 and second == 116):
+            return _NAME, at
     return _OTHER, at
 
 
