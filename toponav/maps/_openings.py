@@ -112,7 +112,9 @@ def _deep_inside(
 
 def _boundaries(
     territory: Int32[np.ndarray, "rows cols"],
-) -> Iterator[tuple[tuple[int, int], Float[np.ndarray, "points 2"], Float[np.ndarray, "points 2"]]]:
+) -> Iterator[
+    tuple[tuple[int, int], Float[np.ndarray, "points 2"], Float[np.ndarray, "points 2"]]
+]:
     """Points between cells of two rooms as (col, row), and the way from the lower to the higher."""
     found: dict[tuple[int, int], list[np.ndarray]] = {}
     for step_row, step_col in ((0, 1), (1, 0)):

@@ -297,7 +297,9 @@ def _gap_cells(scene: Scene, free: FreeSpace, opening: Opening) -> Int32[np.ndar
     across = np.arange(-opening.width_m / 2, opening.width_m / 2 + cell_m / 2, cell_m)
     x_m = opening.x_m - across * math.sin(opening.heading_rad)
     y_m = opening.y_m + across * math.cos(opening.heading_rad)
-    cells = np.array([scene.grid.cell_of(float(x), float(y)) for x, y in zip(x_m, y_m, strict=True)])
+    cells = np.array(
+        [scene.grid.cell_of(float(x), float(y)) for x, y in zip(x_m, y_m, strict=True)]
+    )
     inside = (cells >= 0).all(axis=1) & (cells < scene.grid.shape).all(axis=1)
     cells = cells[inside]
     return np.asarray(cells[free.free[cells[:, 0], cells[:, 1]]], dtype=np.int32)

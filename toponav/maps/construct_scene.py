@@ -17,6 +17,7 @@ from toponav.maps._openings import Opening, find_openings, grown_rooms
 from toponav.maps._passages import Corridor, Passages, passages_of
 from toponav.maps._places import Entrance, Place, places_of
 from toponav.maps._rooms import RoomNodes, room_nodes
+from toponav.maps._segmented import with_rooms
 from toponav.maps.spec import MapFrame, Node, TopologicalMap, edge_along
 from toponav.worlds.free_space import FreeSpace
 from toponav.worlds.scene import Scene
@@ -62,11 +63,18 @@ def map_by_measuring(scene: Scene) -> TopologicalMap:
     """The map of a building from its floor: rooms, the openings between them, its hallways.
 
     Raises:
-        InputError: When the scene has no rooms, or no opening joins two of them.
+        InputError: When no opening joins two rooms.
     """
+    scene = with_rooms(scene)
     territory = grown_rooms(scene)
     openings = find_openings(scene, territory)
     passage_rooms = {n for n, room in enumerate(scene.rooms) if not room.kind.is_enclosed}
+    if not openings:
+        raise InputError(
+            f"no opening of half a metre or more joins any two of its {len(scene.rooms)} rooms",
+            where=f"scene {scene.name}",
+            remedy="open the doors of the building, or draw the map by hand: toponav map edit",
+        )
     drawing = _Drawing(scene, territory, FreeSpace.of(scene, _RADIUS_M))
     rooms = room_nodes(scene, territory, drawing.free, openings, passage_rooms)
     drawing.nodes.update(rooms.nodes)
@@ -171,9 +179,7 @@ def _heading(corridor: Corridor, along_m: float, at_end: bool, end: int) -> floa
     return corridor.at(along_m)[2] + (math.pi if end else 0.0)
 
 
-def _reach_m(
-    drawing: _Drawing, passages: Passages, number: int, place: Place, end: int
-) -> float:
+def _reach_m(drawing: _Drawing, passages: Passages, number: int, place: Place, end: int) -> float:
     """Distance along a corridor from a place to where a turn there begins or is complete."""
     if place.point is None:
         return _TURN_M
@@ -249,7 +255,8 @@ def _finished(drawing: _Drawing) -> TopologicalMap:
     parts = list(nx.strongly_connected_components(graph))
     kinds = {name: node.kind for name, node in drawing.nodes.items()}
     main = max(
-        parts, key=lambda part: (sum(kinds[n] is NodeKind.ROOM for n in part), len(part), min(part))
+        parts,
+        key=lambda part: (sum(kinds[n] is NodeKind.ROOM for n in part), len(part), min(part)),
     )
     fringe = {
         name
