@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from toponav.cli.scene_import import import_scene
 from toponav.core.errors import InputError
 from toponav.core.files import check_out_file, check_out_folder
 
@@ -16,19 +17,15 @@ if TYPE_CHECKING:
     from toponav.core.geometry import Pose2
     from toponav.worlds.scene import Scene
 
-__all__ = ["generate_home", "generate_office", "import_scene", "register", "show_scene"]
-
-_PLANNED = {
-    ".world": "Gazebo worlds",
-    ".sdf": "Gazebo worlds",
-    ".sh3d": "Sweet Home 3D files",
-    ".obj": "meshes",
-    ".ply": "meshes",
-    ".glb": "meshes",
-    ".gltf": "meshes",
-    ".dae": "meshes",
-    ".stl": "meshes",
-}
+__all__ = [
+    "facts_of",
+    "generate_home",
+    "generate_office",
+    "import_scene",
+    "print_facts",
+    "register",
+    "show_scene",
+]
 
 
 def register() -> dict[tuple[str, ...], Callable[..., Any]]:
@@ -95,44 +92,6 @@ def generate_home(
         raise InputError(f"seed must not be negative, got {seed}", where="--seed", remedy="use 0")
     check_out_folder(out)
     scene = generate(seed, rooms=rooms)
-    save_scene(scene, out)
-    return _report(scene, out, as_json)
-
-
-def import_scene(
-    path: Annotated[Path, tyro.conf.Positional],
-    out: Path,
-    seed: int = 0,
-    as_json: Annotated[bool, tyro.conf.arg(name="json")] = False,
-) -> int:
-    """Turn a Stanford area or a ROS map (its yaml) into a scene.
-
-    Walls rise to the ceiling; loose obstacles get the heights of the furniture that they
-    probably are.
-
-    Example: toponav scene import graphnav_areas/area_3.yaml --out scenes/area_3
-
-    Args:
-        path: The yaml of a Stanford area, or of a ROS map_server map.
-        out: Folder to write the scene to.
-        seed: Chooses the ceiling and the heights of the furniture.
-        as_json: Print what was made as JSON.
-    """
-    from toponav.worlds.load.stanford import load_area
-    from toponav.worlds.storage import save_scene
-
-    kind = path.suffix.lower()
-    if path.is_dir() or kind not in (".yaml", ".yml"):
-        what = _PLANNED.get(kind)
-        raise InputError(
-            f"{what} cannot be imported yet" if what else "is no yaml file of a map",
-            where=str(path),
-            remedy="give the yaml of a Stanford area (graphnav_areas/area_3.yaml) or of a ROS map",
-        )
-    if seed < 0:
-        raise InputError(f"seed must not be negative, got {seed}", where="--seed", remedy="use 0")
-    check_out_folder(out)
-    scene = load_area(path, seed=seed)
     save_scene(scene, out)
     return _report(scene, out, as_json)
 
@@ -257,12 +216,18 @@ def _view_poses(scene: "Scene", views: int) -> list["Pose2"]:
 
 def _report(scene: "Scene", where: Path, as_json: bool) -> int:
     """Prints what the scene holds and where the result lies."""
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
+    facts = facts_of(scene, where)
+    if as_json:
+        print(json.dumps(facts))
+    else:
+        print_facts(facts)
+    return 0
 
+
+def facts_of(scene: "Scene", where: Path) -> dict[str, Any]:
+    """What a scene holds, and where it was written."""
     kinds = [str(room.kind) for room in scene.rooms]
-    facts: dict[str, Any] = {
+    return {
         "name": scene.name,
         "written": str(where),
         "size_m": [
@@ -275,9 +240,14 @@ def _report(scene: "Scene", where: Path, as_json: bool) -> int:
         "triangles": len(scene.mesh.faces),
         "content_hash": scene.content_hash,
     }
-    if as_json:
-        print(json.dumps(facts))
-        return 0
+
+
+def print_facts(facts: dict[str, Any]) -> None:
+    """Facts as a table for people."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
     table = Table(show_header=False, box=None)
     for key, value in facts.items():
         if isinstance(value, dict):
@@ -286,4 +256,3 @@ def _report(scene: "Scene", where: Path, as_json: bool) -> int:
             value = " x ".join(map(str, value))
         table.add_row(key, escape(str(value)))
     Console().print(table)
-    return 0
