@@ -167,7 +167,7 @@ def prepare_data(
     dataset: _Dataset,
     *,
     out: Path,
-    preset: Literal["compact", "paper"] = "compact",
+    preset: Literal["compact", "paper", "best"] = "compact",
     workers: int = 1,
     json: _Flag = False,
 ) -> int:

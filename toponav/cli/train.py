@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import tyro
 
 from toponav.cli._train_baselines import behavrnn, phasenet
+from toponav.cli._train_best import best
 from toponav.cli._training import open_training_set, print_results, shown
 from toponav.core.vocabulary import Behavior
 from toponav.models.graphnav.presets import PresetName, get_preset
@@ -23,6 +24,7 @@ def register() -> dict[tuple[str, ...], Callable[..., int]]:
         ("train", "localization"): localization,
         ("train", "phasenet"): phasenet,
         ("train", "behavrnn"): behavrnn,
+        ("train", "best"): best,
         ("train", "all"): everything,
         ("train", "release"): release,
     }

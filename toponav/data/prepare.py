@@ -40,6 +40,7 @@ from toponav.data.parallel import check_workers, run_parallel
 from toponav.data.storage import depth_images, read_summary
 from toponav.data.training_set import CACHE_FILE, CACHE_SCHEMA, TrainingSet
 from toponav.maps.spec import load_map
+from toponav.models.graphnav.metric.presets import BestPreset, best_preset
 from toponav.models.graphnav.preprocess import FrameReducer, frame_reducer
 from toponav.models.graphnav.presets import Preset, get_preset
 
@@ -66,7 +67,7 @@ _NAMED: Final = {
 def prepare(
     dataset_dir: str | Path,
     out_dir: str | Path,
-    preset: str | Preset,
+    preset: str | Preset | BestPreset,
     *,
     workers: int = 1,
     on_progress: Callable[[int, int], None] | None = None,
@@ -88,7 +89,7 @@ def prepare(
             preset wants to see.
     """
     dataset, out = Path(dataset_dir), Path(out_dir)
-    chosen = get_preset(preset) if isinstance(preset, str) else preset
+    chosen = _preset(preset) if isinstance(preset, str) else preset
     manifest = read_manifest(dataset)
     if not manifest.complete:
         raise InputError(
@@ -121,6 +122,10 @@ def prepare(
 
 
 _ENTRY: Final = ("building", "plan_nodes", "plan_edges", "source", "outcome", "frames")
+
+
+def _preset(name: str) -> Preset | BestPreset:
+    return best_preset() if name == "best" else get_preset(name)
 
 
 def _digest(manifest: Manifest) -> str:
@@ -178,7 +183,7 @@ def _rows(dataset: Path, manifest: Manifest) -> list[dict[str, Any]]:
 def _fill_frames(
     dataset: Path,
     out: Path,
-    preset: Preset,
+    preset: Preset | BestPreset,
     rows: Sequence[dict[str, Any]],
     starts: Sequence[int],
     workers: int,
@@ -220,7 +225,10 @@ def _reserve(path: Path, shape: tuple[int, ...]) -> None:
 
 
 def _resample_some(
-    dataset: Path, out: Path, preset: Preset, task: tuple[int, tuple[int, ...], tuple[int, ...]]
+    dataset: Path,
+    out: Path,
+    preset: Preset | BestPreset,
+    task: tuple[int, tuple[int, ...], tuple[int, ...]],
 ) -> None:
     first, numbers, starts = task
     frames = np.lib.format.open_memmap(out / _PARTIAL, "r+")

@@ -7,7 +7,7 @@ from toponav.core.errors import InputError
 
 __all__ = ["Recipe", "TrainingConfig", "default_config"]
 
-Recipe = Literal["behaviors", "localization", "phasenet", "behavrnn"]
+Recipe = Literal["behaviors", "localization", "phasenet", "behavrnn", "pose", "steering"]
 
 # Longer than nearly every edge (phasenet, 5 Hz) and nearly every drive (behavrnn).
 _SEQUENCE_STEPS: dict[str, int] = {"phasenet": 100, "behavrnn": 210}
@@ -89,7 +89,8 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
     """How a preset is trained unless told otherwise.
 
     `paper`: Adam at 1e-4, batches of 32, nothing else (section VI-C). `compact`: sized for
-    twenty minutes a recipe on one CPU core, a dozen for each of the baselines.
+    twenty minutes a recipe on one CPU core, a dozen for each of the baselines. `best`: ten minutes a
+    network on one quiet core.
     """
     steps = _SEQUENCE_STEPS.get(recipe, 20)
     if preset == "paper":
@@ -103,6 +104,18 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
             schedule="constant",
             ema=0.0,
             mirror=False,
+        )
+    if recipe in ("pose", "steering"):
+        return TrainingConfig(
+            epochs=10,
+            samples_per_epoch=60_000,
+            batch_size=256,
+            learning_rate=2e-3,
+            weight_decay=0.02,
+            schedule="one_cycle",
+            ema=0.998,
+            mirror=True,
+            most_validation_samples=4096,
         )
     if recipe in _SEQUENCE_STEPS:
         return TrainingConfig(
