@@ -27,6 +27,7 @@ _MODULES = {
     "train": "toponav.cli.train",
     "eval": "toponav.cli.eval",
     "tables": "toponav.cli.tables",
+    "figures": "toponav.cli.figures",
     "bench": "toponav.cli.bench",
 }
 

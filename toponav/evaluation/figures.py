@@ -24,7 +24,14 @@ def belief_over_time(record: EpisodeRecord) -> np.ndarray:
     return np.array(columns, dtype=np.float64).reshape(len(columns), len(record.plan.nodes)).T
 
 
-def draw_trajectory(ax: "Axes", scene: Scene, map_: TopologicalMap, record: EpisodeRecord) -> None:
+def draw_trajectory(
+    ax: "Axes",
+    scene: Scene,
+    map_: TopologicalMap,
+    record: EpisodeRecord,
+    *,
+    whole_map: bool = True,
+) -> None:
     """Draw the building, the map with the plan, and the path, coloured by executed behaviour.
 
     A ring marks the start and a cross the end of a run that failed by the tolerant rule.
@@ -34,9 +41,18 @@ def draw_trajectory(ax: "Axes", scene: Scene, map_: TopologicalMap, record: Epis
         scene: The building.
         map_: Its topological map.
         record: The episode.
+        whole_map: Whether to draw every edge of the map, or only the plan as a pale band.
     """
     draw_plan(ax, scene, names=False)
-    draw_map(ax, map_, record.plan, labels=False, legend=False)
+    if whole_map:
+        draw_map(ax, map_, record.plan, labels=False, legend=False)
+    else:
+        nodes = [map_.node(node) for node in record.plan.nodes]
+        ax.plot(
+            [node.x_m for node in nodes], [node.y_m for node in nodes],
+            color="#F0E442", lw=7.0, solid_capstyle="round", solid_joinstyle="round", zorder=3,
+        )  # fmt: skip
+        ax.plot(nodes[-1].x_m, nodes[-1].y_m, "*", color="black", ms=9, zorder=8)
     x_m = np.array([step.x_m for step in record.steps])
     y_m = np.array([step.y_m for step in record.steps])
     for behavior in (*Behavior, None):
@@ -46,11 +62,15 @@ def draw_trajectory(ax: "Axes", scene: Scene, map_: TopologicalMap, record: Epis
         color = "#444444" if behavior is None else BEHAVIOR_COLORS[behavior]
         if chosen.any():
             ax.plot(
-                np.where(shown, x_m, np.nan), np.where(shown, y_m, np.nan), color=color, lw=2.2
+                np.where(shown, x_m, np.nan),
+                np.where(shown, y_m, np.nan),
+                color=color,
+                lw=2.2,
+                zorder=7,
             )
-    ax.plot(x_m[0], y_m[0], "o", mfc="none", mec="black", ms=9)
+    ax.plot(x_m[0], y_m[0], "o", mfc="none", mec="black", ms=9, zorder=8)
     if not record.tolerant.success:
-        ax.plot(x_m[-1], y_m[-1], "x", color="#b5402a", ms=10, mew=2.5)
+        ax.plot(x_m[-1], y_m[-1], "x", color="#b5402a", ms=10, mew=2.5, zorder=9)
 
 
 def draw_belief(ax: "Axes", record: EpisodeRecord) -> None:

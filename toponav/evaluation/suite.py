@@ -27,6 +27,7 @@ __all__ = [
     "Suite",
     "SuiteSource",
     "load_suite",
+    "map_hash",
     "sample_tasks",
     "seed_of",
     "suite_of",
@@ -126,8 +127,13 @@ class Suite:
     @cached_property
     def map_hash(self) -> str:
         """SHA-256 of the map's content."""
-        document = json.dumps(map_to_document(self.map), sort_keys=True)
-        return hashlib.sha256(document.encode()).hexdigest()
+        return map_hash(self.map)
+
+
+def map_hash(map_: TopologicalMap) -> str:
+    """SHA-256 of a map's content, whatever file it came from."""
+    document = json.dumps(map_to_document(map_), sort_keys=True)
+    return hashlib.sha256(document.encode()).hexdigest()
 
 
 def seed_of(*parts: int | str) -> int:
