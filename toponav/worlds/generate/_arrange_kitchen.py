@@ -1,8 +1,11 @@
 """Kitchens: a worktop along one wall or two, with its machines, and a table where one fits."""
 
+import math
+
 from toponav.worlds.generate._arrange_common import decorate, dress_windows
 from toponav.worlds.generate._arrange_living import _dining_set
 from toponav.worlds.generate._home_room import Placed, RoomBuilder
+from toponav.worlds.generate._home_shell import CELL_M
 from toponav.worlds.generate._home_walls import WallRun
 from toponav.worlds.generate._pieces_kitchen import MODULE_M
 
@@ -67,19 +70,20 @@ def _meet(one: WallRun, other: WallRun) -> bool:
 def _line(room: RoomBuilder, run: WallRun, most: int, *, machines: bool = True) -> list[Placed]:
     """A refrigerator at one end and modules in a row; gaps where a door is."""
     placed: list[Placed] = []
-    at, end, step = run.start_m + 0.02, run.stop_m - 0.02, 1
+    at, end, step = run.start_m, run.stop_m, 1
     if room.chance(0.5):
         at, end, step = end, at, -1
     names = list(_ORDER) if machines else ["kitchen_cabinet"] * 4
     names += ["kitchen_cabinet"] * most
     if machines:
         fridge = room.model("refrigerator")
-        along = at + step * (fridge.shape.size_m[0] / 2 + 0.01)
-        cold = room.put_at(fridge, run, along)
+        # Whole cells, so that neighbours share none.
+        wide = CELL_M * math.ceil(fridge.shape.size_m[0] / CELL_M)
+        cold = room.put_at(fridge, run, at + step * wide / 2)
         if cold is not None:
             placed.append(cold)
-            at += step * (fridge.shape.size_m[0] + 0.03)
-    while abs(end - at) >= MODULE_M and (end - at) * step > 0 and len(placed) < most:
+            at += step * wide
+    while (end - at) * step >= MODULE_M - 1e-6 and len(placed) < most:
         middle = at + step * MODULE_M / 2
         name = names[0]
         module = room.put_at(room.model(name), run, middle, low_only=True)

@@ -209,6 +209,9 @@ def _samples(shape: Shape, z_m: float) -> np.ndarray:
         some = corners[steps == count]
         parts.append(np.tensordot(weights, some, axes=(1, 1)).reshape(-1, 3))
     points = np.concatenate(parts)
+    # Two millimetres in from its box: what only touches the next cell does not take it.
+    bounds = shape.corners_m.reshape(-1, 3)[:, :2]
+    points[:, :2] = np.clip(points[:, :2], bounds.min(axis=0) + 0.002, bounds.max(axis=0) - 0.002)
     points = points[(points[:, 2] > low) & (points[:, 2] < high), :2]
     # One point in each square of two centimetres is enough.
     square = np.floor(points / 0.02).astype(np.int64)
