@@ -1,14 +1,16 @@
-"""Pinhole cameras: pixels to rays. Image rows run down, columns run right."""
+"""Cameras: pixels to rays. Image rows run down, columns run right."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float32
 
-from toponav.core.errors import InputError
+from toponav.core.errors import InputError, did_you_mean
 
-__all__ = ["PinholeCamera"]
+__all__ = ["Camera", "PanoramaCamera", "PanoramaKind", "PinholeCamera"]
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,11 @@ class PinholeCamera:
         """Vertical field of view."""
         return 2 * math.atan(self.height / 2 / self.focal_px)
 
+    @property
+    def pixel_m(self) -> float:
+        """Width in metres of what a pixel shows at one metre, in the middle of the image."""
+        return 1.0 / self.focal_px
+
     def rays_in_robot(self) -> Float32[np.ndarray, "height width 3"]:
         """A direction per pixel in the robot's frame (x forward, y left, z up).
 
@@ -70,3 +77,106 @@ class PinholeCamera:
         cosine, sine = math.cos(self.pitch_rad), math.sin(self.pitch_rad)
         rays = np.stack([cosine + sine * up, left, -sine + cosine * up], axis=-1)
         return rays.astype(np.float32)
+
+
+PanoramaKind = Literal["stitched", "equirectangular"]
+
+
+@dataclass(frozen=True)
+class PanoramaCamera:
+    """A camera that sees all around; the middle column looks forward.
+
+    The first column looks backwards, and yaw falls from pi at the left edge to -pi at the right.
+    The defaults are those of the later behavioural navigation papers: 128x512, four pinholes of
+    90 degrees.
+    """
+
+    height: int = 128
+    """Image height in pixels."""
+    width: int = 512
+    """Image width in pixels; a multiple of 8 where pinholes are stitched."""
+    kind: str = "stitched"
+    """`stitched`: four 90 degree pinholes side by side, each with its own Z-depth; the one that
+    looks backwards is cut in two halves at the edges. `equirectangular`: equal angles per pixel,
+    depth along the ray."""
+    mount_height_m: float = 0.6
+    """Height of the optical centre above the floor."""
+    max_depth_m: float = 10.0
+    """Depths beyond this read as this."""
+
+    def __post_init__(self) -> None:
+        if self.kind not in get_args(PanoramaKind):
+            raise InputError(
+                f"no panorama is called '{self.kind}'",
+                where="PanoramaCamera",
+                remedy=did_you_mean(str(self.kind), get_args(PanoramaKind)),
+            )
+        stitched = self.kind == "stitched"
+        checks = {
+            "width": 8 <= self.width <= 8192 and not (stitched and self.width % 8),
+            "height": 1 <= self.height <= (8192 if stitched else self.width // 2),
+            "mount_height_m": 0.0 < self.mount_height_m < 10.0,
+            "max_depth_m": 0.0 < self.max_depth_m < math.inf,
+        }
+        for name, holds in checks.items():
+            if not holds:
+                raise InputError(
+                    f"{name} is out of range, got {getattr(self, name)}",
+                    where="PanoramaCamera",
+                    remedy="width 8..8192 px, of 8 px each where stitched; height at most half of "
+                    "it where equirectangular; mount_height_m 0..10 m",
+                )
+
+    @property
+    def quarter(self) -> PinholeCamera:
+        """One of the four pinholes of a stitched panorama."""
+        return PinholeCamera(
+            width=self.width // 4,
+            height=self.height,
+            hfov_rad=math.pi / 2,
+            mount_height_m=self.mount_height_m,
+            max_depth_m=self.max_depth_m,
+        )
+
+    @property
+    def vfov_rad(self) -> float:
+        """Vertical field of view; pixels are square."""
+        if self.kind == "stitched":
+            return self.quarter.vfov_rad
+        return 2 * math.pi * self.height / self.width
+
+    @property
+    def pixel_m(self) -> float:
+        """Width in metres of what a pixel shows at one metre, in the middle of the image."""
+        return self.quarter.pixel_m if self.kind == "stitched" else 2 * math.pi / self.width
+
+    def rays_in_robot(self) -> Float32[np.ndarray, "height width 3"]:
+        """A direction per pixel in the robot's frame (x forward, y left, z up).
+
+        Where stitched, each has a unit component along its own pinhole's axis, so the ray
+        parameter of a hit is that pinhole's Z-depth; else it has unit length.
+        """
+        if self.kind == "equirectangular":
+            yaw = math.pi - (np.arange(self.width) + 0.5) * (2 * math.pi / self.width)
+            lift = (self.height / 2 - np.arange(self.height) - 0.5) * (2 * math.pi / self.width)
+            yaw, lift = np.meshgrid(yaw, lift)
+            parts = [np.cos(lift) * np.cos(yaw), np.cos(lift) * np.sin(yaw), np.sin(lift)]
+            return np.stack(parts, axis=-1).astype(np.float32)
+        forward, left, up = np.moveaxis(self.quarter.rays_in_robot(), -1, 0)
+        quarters = [
+            np.stack([-forward, -left, up], axis=-1),
+            np.stack([-left, forward, up], axis=-1),
+            np.stack([forward, left, up], axis=-1),
+            np.stack([left, -forward, up], axis=-1),
+        ]
+        return self.stitch(quarters)
+
+    def stitch(self, quarters: Sequence[np.ndarray]) -> np.ndarray:
+        """The panorama of the images of four pinholes: back, left, front and right."""
+        back, left, front, right = quarters
+        half = self.width // 8
+        return np.concatenate([back[:, half:], left, front, right, back[:, :half]], axis=1)
+
+
+Camera = PinholeCamera | PanoramaCamera
+"""Any camera that a renderer can stand for."""

@@ -9,6 +9,7 @@ from scipy import ndimage
 from toponav.worlds.grid import GridFrame, SemanticClass
 from toponav.worlds.grid_kernels import rectangles_of_labels
 from toponav.worlds.mesh import SceneMesh
+from toponav.worlds.plan_surfaces import class_surfaces, planar_uv
 
 __all__ = ["extrude", "instances_of", "merge_rectangles"]
 
@@ -72,11 +73,16 @@ def extrude(
         ],
         axis=1,
     )
+    places, triangles = vertices.astype(np.float32), faces.astype(np.int32)
+    semantic = np.repeat(classes, 2).astype(np.uint8)
     return SceneMesh(
-        vertices.astype(np.float32),
-        faces.astype(np.int32),
-        np.repeat(classes, 2).astype(np.uint8),
+        places,
+        triangles,
+        semantic,
         np.repeat(instances, 2).astype(np.int32),
+        semantic.astype(np.int32),
+        planar_uv(places, triangles, semantic),
+        tuple(each.material for each in class_surfaces()),
     )
 
 

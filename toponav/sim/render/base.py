@@ -1,14 +1,16 @@
 """What every depth camera shares: its contract, and the checks on where it is put."""
 
 import math
+from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32
 
-from toponav.core.camera import PinholeCamera
+from toponav.core.camera import Camera
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
+from toponav.sim.render.images import MODALITIES, RenderedImages
 from toponav.worlds.scene import Scene
 
 __all__ = ["DepthRenderer", "check_camera", "check_viewpoint"]
@@ -16,13 +18,13 @@ __all__ = ["DepthRenderer", "check_camera", "check_viewpoint"]
 
 @runtime_checkable
 class DepthRenderer(Protocol):
-    """A depth camera in a building."""
+    """A camera in a building: depth, and colour, class and instance images on request."""
 
     backend: str
     """Which of the backends this is."""
     scene: Scene
     """The building it sees."""
-    camera: PinholeCamera
+    camera: Camera
     """The camera it stands for."""
 
     def render(self, pose: Pose2) -> Float32[np.ndarray, "height width"]:
@@ -31,8 +33,21 @@ class DepthRenderer(Protocol):
         A ray that meets nothing reads the maximum, as does one that meets something beyond it.
         """
 
+    def render_images(self, pose: Pose2, modalities: Sequence[str] = MODALITIES) -> RenderedImages:
+        """Colour, depth, class and instance seen by a robot at `pose`, from one cast.
 
-def check_camera(scene: Scene, camera: PinholeCamera) -> None:
+        Colour, class and instance reach beyond the depth's maximum.
+
+        Args:
+            pose: Where the robot is.
+            modalities: Which of `rgb`, `depth`, `semantic` and `instance`.
+
+        Raises:
+            InputError: If a modality is unknown, or no camera can be there.
+        """
+
+
+def check_camera(scene: Scene, camera: Camera) -> None:
     """Nothing, when the camera is below the scene's ceiling; else an error that says so."""
     if camera.mount_height_m >= scene.ceiling_m:
         raise InputError(
@@ -43,7 +58,7 @@ def check_camera(scene: Scene, camera: PinholeCamera) -> None:
         )
 
 
-def check_viewpoint(scene: Scene, camera: PinholeCamera, pose: Pose2) -> None:
+def check_viewpoint(scene: Scene, camera: Camera, pose: Pose2) -> None:
     """Nothing, when a camera can be there; else an error that says why not."""
     if not (math.isfinite(pose.x_m) and math.isfinite(pose.y_m) and math.isfinite(pose.yaw_rad)):
         raise InputError(

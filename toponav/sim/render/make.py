@@ -2,7 +2,7 @@
 
 from typing import Literal, get_args
 
-from toponav.core.camera import PinholeCamera
+from toponav.core.camera import Camera, PanoramaCamera
 from toponav.core.errors import InputError, did_you_mean
 from toponav.sim.render.base import DepthRenderer
 from toponav.sim.render.grid import GridRenderer
@@ -23,13 +23,14 @@ def check_backend(backend: str) -> None:
         )
 
 
-def make_renderer(scene: Scene, camera: PinholeCamera, backend: str = "auto") -> DepthRenderer:
+def make_renderer(scene: Scene, camera: Camera, backend: str = "auto") -> DepthRenderer:
     """The depth camera for a scene: the fastest exact one unless a backend is named.
 
     Args:
         scene: The building.
         camera: Size, field of view, place on the robot and clipping depth.
-        backend: `auto`: `grid` for an extruded plan, else `packets`, else `embreex`.
+        backend: `auto`: `grid` for an extruded plan (unless the camera is an equirectangular
+            panorama), else `packets`, else `embreex`.
             `grid`: walks the plan. `packets`: Embree, many rays at a time. `embreex`: plain
             embreex. `reference`: slow and obvious, for tests.
 
@@ -41,7 +42,9 @@ def make_renderer(scene: Scene, camera: PinholeCamera, backend: str = "auto") ->
         >>> depth_m = renderer.render(Pose2(1.0, 2.0, 0.0))
     """
     check_backend(backend)
-    if backend == "grid" or (backend == "auto" and scene.is_extruded):
+    # On a plan, equal angles are the one kind of level image for which casting is faster.
+    walks_well = not isinstance(camera, PanoramaCamera) or camera.kind == "stitched"
+    if backend == "grid" or (backend == "auto" and scene.is_extruded and walks_well):
         return GridRenderer(scene, camera)
     if backend == "reference":
         from toponav.sim.render.reference import ReferenceRenderer
