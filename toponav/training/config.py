@@ -89,8 +89,8 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
     """How a preset is trained unless told otherwise.
 
     `paper`: Adam at 1e-4, batches of 32, nothing else (section VI-C). `compact`: sized for
-    twenty minutes a recipe on one CPU core, a dozen for each of the baselines. `best`: ten minutes a
-    network on one quiet core.
+    twenty minutes a recipe on one CPU core, a dozen for each of the baselines. `best`: ten
+    minutes a network on one quiet core.
     """
     steps = _SEQUENCE_STEPS.get(recipe, 20)
     if preset == "paper":

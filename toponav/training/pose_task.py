@@ -13,7 +13,7 @@ from toponav.models.graphnav.metric.map_picture import MAP_CHANNELS
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
 from toponav.training.config import TrainingConfig
 from toponav.training.metric_data import MetricData, draw_beliefs
-from toponav.training.samples import draw
+from toponav.training.samples import draw, split_frames
 
 __all__ = ["PoseBatch", "PoseTask", "believed_from", "seen_from", "start_pose"]
 
@@ -58,9 +58,9 @@ class PoseTask:
         self._config = config
         pools, val_pools = [], []
         for number, one in enumerate(sets):
-            tagged = number << 40
-            pools.append(one.data.split("train") | tagged)
-            val_pools.append(one.data.split("val") | tagged)
+            split = split_frames(one.data)
+            pools.append(np.flatnonzero(split.train) | number << 40)
+            val_pools.append(np.flatnonzero(split.val) | number << 40)
         self._pool = np.concatenate(pools)
         self._val_pool = np.concatenate(val_pools)
         self._starts = [_StartBeliefs(one) for one in sets]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from jaxtyping import Float32, Float64, Int64
+from jaxtyping import Bool, Float32, Float64, Int64
 from torch import Tensor
 
 from toponav.models.graphnav.metric.map_picture import MAP_CHANNELS
@@ -17,7 +17,7 @@ from toponav.models.graphnav.metric.steering import (
 from toponav.training.belief_replay import ReplayedBeliefs
 from toponav.training.config import TrainingConfig
 from toponav.training.metric_data import MetricData, draw_beliefs
-from toponav.training.samples import draw
+from toponav.training.samples import draw, split_frames
 
 __all__ = ["SteeringBatch", "SteeringTask"]
 
@@ -26,6 +26,7 @@ _SURE_STD = np.array([0.06, 0.05, 0.03])
 _NEAR_M = 1.0
 _COMMAND_NOISE = np.array([0.08, 0.25])
 _TURNING_RAD_S = 0.3
+_LOST_M, _LOST_RAD = 3.5, 0.6
 _MOST_SHAKE_M = 0.2
 
 
@@ -67,8 +68,9 @@ class SteeringTask:
         self._last = [_last_commands(one) for one in sets]
         pools, val_pools = [], []
         for number, one in enumerate(sets):
-            pools.append(one.data.split("train") | number << 40)
-            val_pools.append(one.data.split("val") | number << 40)
+            is_found, split = _is_found(one, beliefs[number]), split_frames(one.data)
+            pools.append(np.flatnonzero(split.train & is_found) | number << 40)
+            val_pools.append(np.flatnonzero(split.val & is_found) | number << 40)
         self._pool, self._val_pool = np.concatenate(pools), np.concatenate(val_pools)
 
     @property
@@ -183,6 +185,14 @@ class SteeringTask:
         std[is_sure] = _SURE_STD
         progress[is_sure] = one.true_progress()[rows[is_sure]]
         return pose, std, progress
+
+
+def _is_found(one: MetricData, beliefs: ReplayedBeliefs) -> Bool[np.ndarray, " frames"]:
+    """Where the belief has to do with the truth: nobody can say how to drive from elsewhere."""
+    away = np.hypot(*(beliefs.pose[:, :2] - one.data.pose[:, :2]).T)
+    turn = beliefs.pose[:, 2] - one.data.pose[:, 2]
+    askew = np.abs(np.arctan2(np.sin(turn), np.cos(turn)))
+    return np.asarray((away < _LOST_M) & (askew < _LOST_RAD))
 
 
 def _last_commands(one: MetricData) -> Float32[np.ndarray, "frames 2"]:
