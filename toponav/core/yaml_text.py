@@ -11,7 +11,7 @@ from toponav.core.errors import InputError, shown
 
 __all__ = ["parse_yaml"]
 
-_MOST_VALUES = 1_000_000
+_MOST_VALUES = 500_000
 _MOST_LEVELS = 64
 _MOST_DIGITS = 19
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -35,7 +35,7 @@ def parse_yaml(data: bytes, where: str) -> Any:
 
     Raises:
         InputError: If it is not YAML, or has tags, merge keys, repeated keys, aliases of what
-            contains them, more than 64 levels, or more than a million values; names the line.
+            contains them, more than 64 levels, or more than half a million values; names the line.
     """
     try:
         text = data.decode("utf-8-sig")

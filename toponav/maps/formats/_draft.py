@@ -13,7 +13,7 @@ from toponav.maps.schema import map_schema_faults
 from toponav.maps.spec import TopologicalMap, map_to_document
 from toponav.maps.suggest_behaviors import suggest_behaviors
 
-__all__ = ["MapDraft", "kind_of_name"]
+__all__ = ["MapDraft", "checked", "kind_of_name"]
 
 MOST_NODES, MOST_EDGES = 100_000, 500_000
 _LONGEST_NAME = 200
@@ -131,11 +131,19 @@ class MapDraft:
                 )
         except InputError as error:
             raise self.place.fault(error.rule, error.remedy) from None
-        faults = map_schema_faults(map_to_document(made))
-        if faults:
-            place, rule = faults[0]
-            raise self.place.fault(f"{place}: {rule}")
-        return made, self.notes.report()
+        return checked(made, self.place), self.notes.report()
+
+
+def checked(made: TopologicalMap, place: Place) -> TopologicalMap:
+    """The map, if it can be saved and loaded again.
+
+    Raises:
+        InputError: If a name or a number is beyond what our format holds.
+    """
+    faults = map_schema_faults(map_to_document(made))
+    if faults:
+        raise place.fault(f"{faults[0][0]}: {faults[0][1]}")
+    return made
 
 
 def kind_of_name(name: str) -> NodeKind:

@@ -14,6 +14,8 @@ from typing import Any
 from toponav.core.errors import InputError, did_you_mean
 from toponav.core.vocabulary import Behavior, NodeKind
 from toponav.maps.faults import Fault, Rule, Severity
+from toponav.maps.formats._draft import checked
+from toponav.maps.formats._values import Place
 from toponav.maps.schema import read_json
 from toponav.maps.spec import Edge, MapFrame, Node, TopologicalMap, edge_along
 from toponav.worlds.grid import GridFrame
@@ -165,9 +167,10 @@ def map_from_canvas(
     nodes = _nodes(canvas["oval"], texts, grid, node_sizes or {}, where)
     edges = _edges(canvas["line"], texts, nodes, where)
     try:
-        return TopologicalMap(name, MapFrame("map", plan), tuple(nodes.values()), tuple(edges))
+        made = TopologicalMap(name, MapFrame("map", plan), tuple(nodes.values()), tuple(edges))
     except InputError as error:
         raise InputError(error.rule, where=where, remedy=error.remedy) from None
+    return checked(made, Place(where))
 
 
 def room_of_name(name: str) -> str | None:
