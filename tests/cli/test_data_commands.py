@@ -30,6 +30,36 @@ def test_collect_says_what_it_collected(
     assert sum(labels["edge_behavior"].values()) == statistics["frames"]
 
 
+def test_a_data_card_says_what_the_dataset_holds(
+    collected: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    card = tmp_path / "office.md"
+    assert main(["data", "info", str(collected), "--card", str(card)]) == 0
+    written = [Path(line) for line in capsys.readouterr().out.split()]
+    assert [path.name for path in written] == [
+        "office.md", "office_lengths.png", "office_behaviors.png",
+    ]  # fmt: skip
+    text = card.read_text()
+    assert "# Data card: office" in text
+    assert "| outcomes | 1 success |" in text
+    assert all(f"({path.name})" in text for path in written[1:])
+    assert str(tmp_path) not in text
+    assert str(collected.parent) not in text
+    assert main(["data", "info", str(collected), "--card", str(card), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["trajectories"] == 1
+
+
+def test_a_card_needs_a_finished_dataset(
+    collected: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = Path(shutil.copytree(collected, tmp_path / "data"))
+    manifest = json.loads((data / "dataset.json").read_text())
+    (data / "dataset.json").write_text(json.dumps({**manifest, "complete": False}))
+    assert main(["data", "info", str(data), "--card", str(tmp_path / "card.md")]) == 1
+    assert "a card is of a finished dataset" in capsys.readouterr().err
+    assert not (tmp_path / "card.md").exists()
+
+
 def test_verify_and_repair_answer_with_their_exit_status(
     collected: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -36,17 +36,28 @@ def register() -> dict[tuple[str, ...], Callable[..., Any]]:
     }
 
 
-def data_info(dataset: _Dataset, *, json: _Flag = False) -> int:
+def data_info(dataset: _Dataset, *, card: Path | None = None, json: _Flag = False) -> int:
     """Show what a dataset holds: counts by outcome, building and behaviour.
 
     Example: toponav data info data/train
 
+    As a page with histograms, to go with the data: toponav data info data/train
+    --card data/train-card.md
+
     Args:
         dataset: Folder of the dataset.
+        card: Write a data card to this Markdown file, with its pictures beside it.
         json: Print as JSON.
     """
     from toponav.data.statistics import dataset_statistics
 
+    if card is not None:
+        from toponav.data.card import write_card
+
+        written = write_card(dataset, card)
+        if not json:
+            print(*written, sep="\n")
+            return 0
     statistics = dataset_statistics(dataset)
     if json:
         print(json_module.dumps(statistics))
