@@ -228,7 +228,7 @@ def _merge(
             if a == b:
                 continue
             small = min(area[a], area[b]) < shapes.least_room_m2
-            is_door = shapes.parts(2 * half_m, half_m / min(peak[a], peak[b]))
+            is_door = shapes.parts(2 * half_m, half_m / float(min(peak[a], peak[b])))
             if small if only_small else not is_door:
                 keep, gone = min(a, b), max(a, b)
                 parent[gone] = keep

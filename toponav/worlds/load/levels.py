@@ -169,7 +169,11 @@ def _levels(area: Float[np.ndarray, " flat"], height: Float[np.ndarray, " flat"]
     for place in np.argsort(-pair, kind="stable").tolist():
         if pair[place] < 0.1 * pair.max() or len(found) >= _LEVELS:
             break
-        level = float(pair_moment[place] / pair[place])
+        # Of a slab's two sides, or of floor and ground below it, the upper one is stood on.
+        above = np.arange(place + 2, min(place + 7, len(pair)))
+        above = above[pair[above] >= 0.5 * pair[place]]
+        upper = int(above[-1]) if len(above) else place
+        level = float(pair_moment[upper] / pair[upper])
         if all(abs(level - other) > 0.3 for other in found):
             found.append(level)
     return sorted(found)

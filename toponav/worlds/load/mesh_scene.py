@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float32, Int16, Int32, UInt8
@@ -31,6 +31,7 @@ __all__ = ["MeshOptions", "RoomLabels", "scene_of_parts"]
 _LEAST_M, _MOST_M = 1.0, 500.0
 
 
+@runtime_checkable
 class RoomLabels(Protocol):
     """Rooms that a file names."""
 

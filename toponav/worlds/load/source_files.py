@@ -8,7 +8,7 @@ import posixpath
 import zipfile
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 from urllib.parse import unquote
 
 from toponav.core.errors import InputError, shown
@@ -22,6 +22,7 @@ _MAX_RATIO = 2000
 _SMALL_BYTES = 1_000_000
 
 
+@runtime_checkable
 class SourceFiles(Protocol):
     """Reads files by their names, relative and with slashes."""
 
