@@ -1,5 +1,9 @@
+from pathlib import Path
+
+import numpy as np
 import pytest
 
+import toponav
 from tests.evaluation.stand_ins import Spinner
 from tests.evaluation.tiny_building import tiny_map, tiny_scene
 from toponav.core.episode import Observation, Velocity
@@ -12,6 +16,7 @@ from toponav.evaluation.agents import (
     AgentContext,
     ExpertAgent,
     check_agent_name,
+    check_weights,
     make_agent,
     title_of,
 )
@@ -24,7 +29,7 @@ MAP = tiny_map()
 
 def test_the_registry_has_the_design_pages_names() -> None:
     drivers = {name for name, spec in AGENTS.items() if not spec.is_probe}
-    assert drivers >= {"graphnav", "graphnav_pf", "gtl", "expert"}
+    assert drivers >= {"phasenet", "behavrnn", "graphnav", "graphnav_pf", "gtl", "expert"}
     privileged = [name for name in drivers if AGENTS[name].is_privileged]
     assert sorted(privileged) == ["expert", "gtl"]
 
@@ -47,6 +52,27 @@ def test_ones_own_agent_is_made_by_its_factory() -> None:
     assert isinstance(make_agent("tests.evaluation.stand_ins:spinner", context), Spinner)
 
 
+@pytest.mark.parametrize("name", ["phasenet", "behavrnn"])
+def test_shipped_baselines_are_whole_and_small(name: str) -> None:
+    check_weights(None, [name])
+    weights = Path(toponav.__file__).parent / "weights" / "compact" / f"{name}.safetensors"
+    assert weights.stat().st_size < 2_000_000
+    context = AgentContext(tiny_scene(), MAP)
+    agent = make_agent(name, context)
+    agent.reset(NavigationTask(MAP, shortest_plan(MAP, "office_1", "office_2")))
+    depth = np.random.default_rng(0).uniform(0.5, 3.0, (240, 320)).astype(np.float32)
+    assert agent.act(Observation(depth, 0.0)) != Velocity(0.0, 0.0)
+    assert agent.belief().behavior is not None
+
+
+@pytest.mark.parametrize("name", ["phasenet", "behavrnn"])
+def test_weights_without_the_baseline_are_refused_before_anything_runs(
+    name: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=f"no {name}"):
+        check_weights(str(tmp_path), [name])
+
+
 class NoWay:
     """A planner that finds none."""
 
@@ -58,8 +84,6 @@ class NoWay:
 
 
 def test_an_expert_without_a_way_stops_and_says_why() -> None:
-    import numpy as np
-
     agent = ExpertAgent(NoWay())
     agent.reset(NavigationTask(MAP, shortest_plan(MAP, "office_1", "office_2")))
     still = Velocity(0.0, 0.0)

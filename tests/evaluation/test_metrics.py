@@ -104,6 +104,17 @@ def test_success_on_what_the_expert_passes_needs_the_expert() -> None:
     assert "success_on_expert_feasible" not in alone
 
 
+def test_an_agent_that_never_says_where_it_is_has_no_localization() -> None:
+    silent = replace(STEP, believed_node=None, believed_edge=None)
+    results = agent_results([record(steps=(silent, silent))])
+    assert results["localization_accuracy"] is None
+    assert results["node_localization_accuracy"] is None
+    assert results["localization_ci95"] is None
+    assert results["localization_steps"] == 0
+    wrong = replace(STEP, believed_node="nowhere", believed_edge=None)
+    assert agent_results([record(steps=(wrong, silent))])["localization_accuracy"] == 0.0
+
+
 def test_difficulty_is_by_plan_nodes() -> None:
     by_difficulty = agent_results([record()])["by_difficulty"]
     assert len(PLAN.nodes) <= 10

@@ -243,8 +243,13 @@ def _rightly_chosen(record: EpisodeRecord, rule: Rule, behavior: str) -> tuple[i
 
 
 def _localization(records: Sequence[EpisodeRecord], rule: Rule) -> dict[str, Any]:
-    """How often the believed edge, and the believed node, is the true one on the plan."""
+    """How often the believed edge, and the believed node, is the true one on the plan.
+
+    Nothing is measured of an agent that never says where it is, such as BehavRNN.
+    """
     edges, nodes = [], []
+    if not any(s.believed_node or s.believed_edge for r in records for s in r.steps):
+        records = ()
     for record in records:
         steps = [step for step in record.judged_steps(rule) if step.true_edge is not None]
         edges.append((sum(s.believed_edge == s.true_edge for s in steps), len(steps)))
