@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# From nothing to the weights that ship in toponav/weights/compact: data and training, about an
-# hour on two quiet cores. Each step resumes where it was interrupted.
+# From nothing to the weights that ship in toponav/weights/compact: data and training, a little
+# over an hour on two quiet cores. Each step resumes where it was interrupted.
 #
 #   bash examples/train_compact.sh [FOLDER]      (make train-compact)
 set -euo pipefail
@@ -24,7 +24,15 @@ behaviors=$!
     --max-minutes 20 --threads 1 --seed 0
 wait "$behaviors"
 
-# 3. What ships: half precision. `--weights` takes the folder.
+# 3. The two baselines, PhaseNet and BehavRNN.
+"$toponav" train phasenet --data "$out/cache" --preset compact --out "$out/run" \
+    --max-minutes 12 --threads 1 --seed 0 &
+phasenet=$!
+"$toponav" train behavrnn --data "$out/cache" --preset compact --out "$out/run" \
+    --max-minutes 15 --threads 1 --seed 0
+wait "$phasenet"
+
+# 4. What ships: half precision. `--weights` takes the folder.
 "$toponav" train release "$out/run" --out "$out/compact"
 
 # To go on with a DAgger round, in which the learner drives and the expert labels:

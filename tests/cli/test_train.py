@@ -26,6 +26,19 @@ def test_command_trains_and_prints_json(tmp_path, monkeypatch, capsys):
     assert "weights are in" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("name", ["phasenet", "behavrnn"])
+def test_baselines_are_trained_from_the_command_line(tmp_path, monkeypatch, capsys, name):
+    data = SyntheticSet(trajectories=4, frames_an_edge=3)
+    monkeypatch.setattr(TrainingSet, "open", staticmethod(lambda paths: data))
+    command = train.register()["train", name]
+    options = {"epochs": 1, "batch_size": 8, "precision": "float32", "json": True}
+    assert command(data=(tmp_path,), out=tmp_path / "out", **options) == 0
+    (record,) = json.loads(capsys.readouterr().out)
+    assert record["name"] == name
+    assert Path(record["checkpoint"]).is_file()
+    assert (tmp_path / "out" / f"run_{name}.json").is_file()
+
+
 def test_commands_have_help_with_an_example():
     for command in train.register().values():
         assert "Example: toponav train" in command.__doc__

@@ -3,7 +3,15 @@ import torch
 
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import Behavior
-from toponav.models.checkpoints import load_weights, save_checkpoint
+from toponav.models.baselines.behavrnn import BehavRNN
+from toponav.models.baselines.phasenet import PhaseNet
+from toponav.models.baselines.presets import get_baseline_preset
+from toponav.models.checkpoints import (
+    load_behavrnn,
+    load_phasenet,
+    load_weights,
+    save_checkpoint,
+)
 from toponav.models.graphnav.behavior import BehaviorNetwork
 from toponav.models.graphnav.localization import LocalizationNetwork
 from toponav.models.graphnav.presets import get_preset
@@ -29,6 +37,18 @@ def test_released_weights_are_half_as_large_and_load_the_same(tmp_path) -> None:
         before.localization.parameters(), after.localization.parameters(), strict=True
     ):
         torch.testing.assert_close(mine, theirs, atol=1e-3, rtol=1e-3)
+
+
+def test_baselines_are_released_where_there_are_any(tmp_path) -> None:
+    save_run(tmp_path / "run")
+    baselines = get_baseline_preset("compact")
+    save_checkpoint(PhaseNet(baselines.phasenet), tmp_path / "run" / "phasenet", {"seed": 3})
+    save_checkpoint(BehavRNN(baselines.behavrnn), tmp_path / "run" / "behavrnn", {"seed": 3})
+    released = release_weights(tmp_path / "run", tmp_path / "out")
+    for name in ("phasenet", "behavrnn"):
+        assert released["networks"][name] < 2e6
+    assert load_phasenet(tmp_path / "out").config == baselines.phasenet
+    assert load_behavrnn(tmp_path / "out").config == baselines.behavrnn
 
 
 def test_a_run_without_localization_is_refused(tmp_path) -> None:
