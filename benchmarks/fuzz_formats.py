@@ -20,7 +20,8 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.maps.format_fuzz import Case, Seeds, case_of, large_bombs, outcome_of, small_bombs  # noqa: E402
+from tests.maps.format_bombs import large_bombs, small_bombs  # noqa: E402
+from tests.maps.format_fuzz import Case, Seeds, case_of, outcome_of  # noqa: E402
 from toponav.core.files import write_atomically  # noqa: E402
 from toponav.evaluation.provenance import source_commit  # noqa: E402
 

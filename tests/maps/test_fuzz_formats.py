@@ -4,7 +4,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.maps.format_fuzz import Case, Seeds, case_of, outcome_of, small_bombs
+from tests.maps.format_bombs import small_bombs
+from tests.maps.format_fuzz import Case, Seeds, case_of, outcome_of
 from toponav.maps.formats.convert import READABLE
 
 _ENDINGS = {"canvas": ".json", "area": ".yaml"}
@@ -22,7 +23,7 @@ def test_seeds_are_maps(seeds: Seeds, map_format) -> None:
     assert outcome_of(case, seeds).result == "map"
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 @given(number=st.integers(10**6, 2**40))
 def test_any_broken_file_gives_a_map_or_names_its_place(seeds: Seeds, number: int) -> None:
     case = case_of(number, seeds)
@@ -31,7 +32,9 @@ def test_any_broken_file_gives_a_map_or_names_its_place(seeds: Seeds, number: in
     assert outcome.seconds < 5.0
 
 
-@pytest.mark.parametrize("case", small_bombs(), ids=lambda case: f"{case.format}, {case.kind}")
+@pytest.mark.parametrize(
+    "case", list(small_bombs()), ids=lambda case: f"{case.format}, {case.kind}"
+)
 def test_bombs_do_not_go_off(seeds: Seeds, case: Case) -> None:
     outcome = outcome_of(case, seeds)
     assert outcome.result == "error", outcome
