@@ -307,7 +307,10 @@ def _write_run(
             key: value.name if isinstance(value, Path) else value
             for key, value in asdict(source).items()
         },
-        "settings": asdict(config.settings),
+        "settings": {
+            **asdict(config.settings),
+            "weights": _shown_weights(config.settings.weights),
+        },
         "commit": source_commit(),
         "episode_commits": list(commits) if commits else None,
         "versions": library_versions(),
@@ -329,7 +332,14 @@ def _described(worker: EpisodeWorker, choice: AgentChoice) -> dict[str, Any]:
     is_learned = choice.spec is None or choice.spec.is_learned
     return {
         "agent": choice.agent,
-        "weights": (weights or "shipped") if is_learned else None,
+        "weights": (_shown_weights(weights) or "shipped") if is_learned else None,
         "weights_sha256": worker.weights_hash(choice.label) or None,
         "options": dict(choice.options),
     }
+
+
+def _shown_weights(weights: str | None) -> str | None:
+    """A preset or a relative folder as it was given; of a folder elsewhere only its name."""
+    if weights is None or not Path(weights).is_absolute():
+        return weights
+    return Path(weights).name
