@@ -74,7 +74,8 @@ def test_a_broken_map_gives_status_1(broken, command, tmp_path: Path, capsys) ->
 
 def test_build_check_and_convert_an_area(areas_dir: Path, tmp_path: Path, capsys) -> None:
     built, converted = tmp_path / "built.topo.json", tmp_path / "converted.topo.json"
-    assert main(["map", "build", str(areas_dir / "area_3.yaml"), "--out", str(built)]) == 0
+    area = str(areas_dir / "area_3.yaml")
+    assert main(["map", "build", area, "--from", "drawing", "--out", str(built)]) == 0
     drawing = areas_dir / "area_3_graph_v6.json"
     assert main(["map", "convert", str(drawing), str(converted)]) == 0
     assert converted.read_bytes() == built.read_bytes()

@@ -174,7 +174,8 @@ def test_files_of_maps(good: GoodFiles, copy: Copy, tmp_path: Path, spoil: Spoil
     drawn = copy(good.area.parent) / "area_0_graph.json"
     spoil(drawn)
     target = tmp_path / "o.topo.json"
-    answer = answer_of(["map", "build", drawn.with_name("area_0.yaml"), "--out", target], tmp_path)
+    words = ["map", "build", drawn.with_name("area_0.yaml"), "--from", "drawing", "--out", target]
+    answer = answer_of(words, tmp_path)
     assert_one_clear_error(answer, names=drawn)
     written = copy(good.map)
     spoil(written)

@@ -1,5 +1,6 @@
 """Centre lines of hallways: the skeleton of their floor, pruned and drawn with a ruler."""
 
+import itertools
 import math
 from dataclasses import dataclass, field
 
@@ -214,7 +215,7 @@ def _rule(
         corners = _straightened(walk)
         inner = [lines.add(float(x_m), float(y_m)) for x_m, y_m in corners[1:-1]]
         chain = [start, *inner, end]
-        lines.pieces += [(a, b) for a, b in zip(chain, chain[1:], strict=False) if a != b]
+        lines.pieces += [(a, b) for a, b in itertools.pairwise(chain) if a != b]
 
 
 def _straightened(walk: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, "corners 2"]:

@@ -115,7 +115,7 @@ def _boundaries(
 ) -> Iterator[
     tuple[tuple[int, int], Float[np.ndarray, "points 2"], Float[np.ndarray, "points 2"]]
 ]:
-    """Points between cells of two rooms as (col, row), and the way from the lower to the higher."""
+    """Points (col, row) between cells of two rooms, and the way from the first to the second."""
     found: dict[tuple[int, int], list[np.ndarray]] = {}
     for step_row, step_col in ((0, 1), (1, 0)):
         here = territory[: territory.shape[0] - step_row, : territory.shape[1] - step_col]

@@ -316,10 +316,7 @@ def _middle(
     inside = np.where(territory == room + 1, free.clearance_m, 0.0)
     cells = np.argwhere(inside >= min(0.8, 0.9 * float(inside.max())))
     centers = np.array([scene.grid.center_of(int(row), int(col)) for row, col in cells])
-    if len(places) == 1:
-        wanted = centers.mean(axis=0)
-    else:
-        wanted = np.array(places).mean(axis=0)
+    wanted = (centers if len(places) == 1 else np.array(places)).mean(axis=0)
     best = int(np.hypot(*(centers - wanted).T).argmin())
     return float(centers[best, 0]), float(centers[best, 1])
 

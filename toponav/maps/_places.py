@@ -58,7 +58,7 @@ def places_of(
     Places at junctions are shared by the corridors that meet there.
     """
     at_point: dict[int, Place] = {}
-    for number, corridor in enumerate(passages.corridors):
+    for corridor in passages.corridors:
         for point in (corridor.start, corridor.end):
             at_point.setdefault(point, Place(point=point))
     beside: dict[int, list[_Door]] = defaultdict(list)

@@ -13,9 +13,9 @@ from toponav.core.errors import InputError
 from toponav.core.geometry import angle_difference
 from toponav.core.vocabulary import Behavior, NodeKind, RoomKind
 from toponav.maps._node_sizes import sizes_for_passing
-from toponav.maps._openings import Opening, find_openings, grown_rooms
+from toponav.maps._openings import find_openings, grown_rooms
 from toponav.maps._passages import Corridor, Passages, passages_of
-from toponav.maps._places import Entrance, Place, places_of
+from toponav.maps._places import Place, places_of
 from toponav.maps._rooms import RoomNodes, room_nodes
 from toponav.maps._segmented import with_rooms
 from toponav.maps.spec import MapFrame, Node, TopologicalMap, edge_along

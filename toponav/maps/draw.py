@@ -6,7 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
 from toponav.core.episode import Belief
 from toponav.core.vocabulary import Behavior, NodeKind
@@ -72,6 +74,7 @@ def draw_map(
     *,
     labels: bool = True,
     legend: bool = True,
+    faint: float = 1.0,
 ) -> None:
     """Draw a map: edges as arrows that keep to the right, coloured by behaviour.
 
@@ -82,6 +85,7 @@ def draw_map(
         belief: What an agent thinks, if known: its edges get a halo by probability.
         labels: Whether to name the rooms.
         legend: Whether to explain the colours.
+        faint: Opacity of the edges that are not on the plan.
 
     Example:
         >>> figure, axes = plt.subplots()
@@ -92,7 +96,8 @@ def draw_map(
         _draw_halo(axes, topological_map, edges, _PLAN_COLOR, [1.0] * len(edges), width=9.0)
     if belief is not None:
         _draw_belief(axes, topological_map, belief)
-    _draw_edges(axes, topological_map)
+    on_plan = frozenset() if plan is None or faint >= 1 else frozenset(plan.edges)
+    _draw_edges(axes, topological_map, on_plan, faint if on_plan else 1.0)
     _draw_nodes(axes, topological_map, plan)
     if labels:
         _draw_labels(axes, topological_map)
@@ -119,14 +124,18 @@ def _lanes(
     return lanes
 
 
-def _draw_edges(axes: Axes, topological_map: TopologicalMap) -> None:
+def _draw_edges(
+    axes: Axes, topological_map: TopologicalMap, on_plan: frozenset[str], faint: float
+) -> None:
     for behavior, color in BEHAVIOR_COLORS.items():
         edges = [edge for edge in topological_map.edges if edge.behavior is behavior]
         if not edges:
             continue
         lanes = _lanes(topological_map, edges)
-        axes.add_collection(LineCollection(list(lanes), colors=color, linewidths=1.1, zorder=4))
-        heads = PolyCollection(list(_heads(lanes)), facecolors=color, edgecolors="none", zorder=5)
+        opacity = [1.0 if edge.id in on_plan else faint for edge in edges]
+        colors = [to_rgba(color, alpha) for alpha in opacity]
+        axes.add_collection(LineCollection(list(lanes), colors=colors, linewidths=1.1, zorder=4))
+        heads = PolyCollection(list(_heads(lanes)), facecolors=colors, edgecolors="none", zorder=5)
         axes.add_collection(heads)
     axes.autoscale_view()
 
@@ -216,6 +225,7 @@ def _draw_labels(axes: Axes, topological_map: TopologicalMap) -> None:
                 color="0.15",
                 zorder=8,
                 annotation_clip=True,
+                path_effects=[withStroke(linewidth=1.5, foreground="white", alpha=0.8)],
             )
 
 

@@ -21,6 +21,8 @@ __all__ = [
     "check_one_node_per_room",
     "check_rooms_are_entered_at_their_node",
     "check_rooms_are_left_from_their_doors",
+    "only_door",
+    "only_room_node",
 ]
 
 _PASSAGES = (NodeKind.HALLWAY, NodeKind.OPEN_SPACE)
@@ -121,6 +123,7 @@ def check_find_door_joins_room_and_door(
                 node,
                 "no find_door edge reaches this door",
                 f"add one from the node of {node.room}",
+                fixable=_lacks_find_door(topological_map, node),
             )
 
 
@@ -172,6 +175,7 @@ def check_rooms_are_entered_at_their_node(
                 edge,
                 f"it enters room {target.room} at the door node {target.id}",
                 f"lead it to the node of {target.room}: a door node looks out of the room",
+                fixable=only_room_node(topological_map, target.room) is not None,
             )
 
 
@@ -188,7 +192,31 @@ def check_rooms_are_left_from_their_doors(
                 edge,
                 f"it leaves room {source.room} straight from the room's node",
                 "lead it from the door node, where the robot looks out",
+                fixable=only_door(topological_map, source.room) is not None,
             )
+
+
+def only_room_node(topological_map: TopologicalMap, room: str | None) -> Node | None:
+    """The room node of a room that has just one."""
+    return _only(topological_map, room, NodeKind.ROOM)
+
+
+def only_door(topological_map: TopologicalMap, room: str | None) -> Node | None:
+    """The door node of a room that has just one."""
+    return _only(topological_map, room, NodeKind.DOOR)
+
+
+def _only(topological_map: TopologicalMap, room: str | None, kind: NodeKind) -> Node | None:
+    if room is None:
+        return None
+    found = [node for node in topological_map.rooms.get(room, ()) if node.kind is kind]
+    return found[0] if len(found) == 1 else None
+
+
+def _lacks_find_door(topological_map: TopologicalMap, door: Node) -> bool:
+    """Whether an edge from the room's node is all that a door lacks."""
+    room = only_room_node(topological_map, door.room)
+    return room is not None and topological_map.edge_between(room.id, door.id) is None
 
 
 def _enclosed_rooms(topological_map: TopologicalMap) -> Mapping[str, tuple[Node, ...]]:

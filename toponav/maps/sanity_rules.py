@@ -16,10 +16,13 @@ __all__ = [
     "check_geometry",
     "check_places",
     "check_reachability",
+    "free_spot_near",
 ]
 
 _SHORTEST_EDGE_M = 0.01
 _LANE_DISTANCE_M = 1.5
+_MOVE_M = 0.5
+_MOVE_STEP_M = 0.05
 _LENGTH_TOLERANCE_M = 0.1
 _LONGEST_DETOUR = 3.0
 _YAW_TOLERANCE_RAD = 0.2 * math.pi
@@ -169,6 +172,7 @@ def check_places(topological_map: TopologicalMap, building: Building) -> Iterato
                 "a robot does not fit here",
                 "move it away from walls and furniture",
                 severity=Severity.WARNING,
+                fixable=free_spot_near(node, building) is not None,
             )
         if (
             building.rooms is not None
@@ -192,6 +196,22 @@ def check_places(topological_map: TopologicalMap, building: Building) -> Iterato
                     f"move it into {node.room}, or correct its room",
                     severity=Severity.WARNING if is_door else Severity.ERROR,
                 )
+
+
+def free_spot_near(node: Node, building: Building) -> tuple[float, float] | None:
+    """The nearest place within half a metre where a robot fits, in the room that it is in now."""
+    if building.is_free is None:
+        return None
+    here = None if building.room_at is None else building.room_at(node.x_m, node.y_m)
+    for ring in range(1, round(_MOVE_M / _MOVE_STEP_M) + 1):
+        for turn in range(8 * ring):
+            angle = math.tau * turn / (8 * ring)
+            x_m = node.x_m + ring * _MOVE_STEP_M * math.cos(angle)
+            y_m = node.y_m + ring * _MOVE_STEP_M * math.sin(angle)
+            in_room = building.room_at is None or building.room_at(x_m, y_m) in (here, node.room)
+            if in_room and building.is_free(x_m, y_m):
+                return x_m, y_m
+    return None
 
 
 def _open_ends(topological_map: TopologicalMap) -> dict[str, tuple[str, ...]]:
