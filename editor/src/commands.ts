@@ -247,7 +247,11 @@ export function commandsFor(editor: Editor, actions: Actions, panels: Panels): C
       group: "Kind of node",
       label,
       keys: [key],
-      run: () => actions.setKind(value),
+      run: () => {
+        // With the node tool in hand it is the next node's kind, not the last one's.
+        if (editor.tool === "node") editor.select([]);
+        actions.setKind(value);
+      },
     })),
     ...BEHAVIORS.map(({ value, label, key }) => ({
       group: "Behaviour of edge",

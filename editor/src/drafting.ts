@@ -4,13 +4,13 @@ import { api, type Refused } from "./api";
 import type { Editor } from "./editor";
 import { edgeAlong, firstGuess, nameFor, setBehavior } from "./edits";
 import { distance, tidy } from "./geometry";
-import type { Patch } from "./graph";
 import { pickNode } from "./picking";
 import { extendCorridor, type LanePair } from "./pieces";
-import type { Kind, MapEdge, MapNode, Point } from "./types";
+import type { Kind, MapEdge, MapNode, Point, Suggestion } from "./types";
 
 const LANE_M = 0.15;
 const SAME_ROOM_M = 8;
+const MOST_TURNS = 20;
 
 export class Drafting {
   corridor: { pair: LanePair; at: Point } | null = null;
@@ -147,28 +147,35 @@ export class Drafting {
   /** Asks for the behaviours of new edges, and of edges that nobody decided next to them. */
   private async decide(edges: readonly MapEdge[]): Promise<void> {
     const { editor } = this;
-    const done = editor.history.top;
     for (const edge of edges) this.undecided.add(edge.id);
-    const near = edges.flatMap((edge) => [
-      ...editor.graph.edgesAt(edge.source),
-      ...editor.graph.edgesAt(edge.target),
-    ]);
-    const asked = new Set(near.map((edge) => edge.id).filter((id) => this.undecided.has(id)));
-    try {
-      const found = await api.suggestions(editor.graph.toDocument(), [...asked]);
-      this.apply(done, found.filter(({ edge }) => this.undecided.has(edge)));
-    } catch {
-      // The first guess stays; the checks say so if it contradicts the geometry.
+    for (let turn = 0; turn < MOST_TURNS; turn += 1) {
+      const near = edges
+        .filter((edge) => editor.graph.edges.has(edge.id))
+        .flatMap((edge) => [
+          ...editor.graph.edgesAt(edge.source),
+          ...editor.graph.edgesAt(edge.target),
+        ]);
+      const asked = new Set(near.map((edge) => edge.id).filter((id) => this.undecided.has(id)));
+      if (!asked.size) return;
+      const { revision } = editor;
+      try {
+        const found = await api.suggestions(editor.graph.toDocument(), [...asked]);
+        // An answer about a map that was edited meanwhile is worth nothing: ask again.
+        if (revision !== editor.revision) continue;
+        this.apply(found.filter(({ edge }) => this.undecided.has(edge)));
+      } catch {
+        // The first guess stays; the checks say so if it contradicts the geometry.
+      }
+      return;
     }
   }
 
-  private apply(done: Patch | undefined, found: { edge: string; suggested: MapEdge["behavior"] }[]): void {
+  /** Makes suggestions part of the last edit: one undo takes back both. */
+  private apply(found: readonly Suggestion[]): void {
     const { editor } = this;
     for (const { edge, suggested } of found) {
-      const patch = setBehavior(editor.graph, [edge], suggested);
-      const amended = done ? editor.amend(done, patch) : null;
-      if (amended) done = amended;
-      else editor.do(patch, "suggested");
+      const done = editor.history.top;
+      if (done) editor.amend(done, setBehavior(editor.graph, [edge], suggested));
     }
   }
 

@@ -37,6 +37,9 @@ export class Editor {
   plans: readonly Plan[] = [];
   shownPlan = 0;
 
+  /** Counts edits, so that answers to old questions can be told. */
+  revision = 0;
+
   private readonly listeners = new Map<Topic, (() => void)[]>();
   private readonly redrawSoon = eachFrame(() => this.drawing.follow());
   private readonly announcer: HTMLElement;
@@ -233,6 +236,7 @@ export class Editor {
   }
 
   private changed(patch: Patch): void {
+    this.revision += 1;
     this.drawing.apply(patch);
     for (const id of [...this.nodes]) if (!this.graph.nodes.has(id)) this.nodes.delete(id);
     for (const id of [...this.edges]) if (!this.graph.edges.has(id)) this.edges.delete(id);

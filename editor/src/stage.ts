@@ -94,6 +94,7 @@ export class Stage {
   }
 
   private down(event: PointerEvent): void {
+    if ((event.target as Element).closest("#empty")) return;
     const pixel = this.pixel(event);
     this.element.focus({ preventScroll: true });
     this.element.setPointerCapture(event.pointerId);

@@ -83,7 +83,7 @@ class Editor:
 
 
 def listen(port: int) -> socket.socket:
-    """A socket bound to the loopback interface: other machines cannot reach it.
+    """A socket that listens on the loopback interface: other machines cannot reach it.
 
     Raises:
         InputError: If the port is taken or none.
@@ -98,6 +98,7 @@ def listen(port: int) -> socket.socket:
     try:
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         bound.bind((_LOOPBACK, port))
+        bound.listen()
     except OSError as error:
         bound.close()
         fault = os_fault(error, f"port {port}", verb="be listened on")
