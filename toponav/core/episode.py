@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float32, UInt8
+from jaxtyping import Float32, Int32, UInt8
 
 from toponav.core.vocabulary import Behavior
 
@@ -47,11 +47,15 @@ class Observation:
         depth_m: Z-depth in metres; 0 where the sensor saw nothing.
         time_s: Seconds since the episode began.
         rgb: Colour image, where the robot has one.
+        semantic: Class of what each pixel shows, where it was asked for; the truth, not sensed.
+        instance: Object that each pixel shows, where it was asked for; the truth, not sensed.
     """
 
     depth_m: Float32[np.ndarray, "height width"]
     time_s: float
     rgb: UInt8[np.ndarray, "height width 3"] | None = None
+    semantic: UInt8[np.ndarray, "height width"] | None = None
+    instance: Int32[np.ndarray, "height width"] | None = None
 
 
 @dataclass(frozen=True)

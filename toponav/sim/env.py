@@ -1,16 +1,19 @@
 """`toponav/BehavioralNav-v0`: a depth camera on a TurtleBot 2, driven at 5 Hz."""
 
+from collections.abc import Sequence
 from typing import Any, Literal, get_args
 
 import gymnasium
 import numpy as np
-from jaxtyping import Float32, UInt8
+from jaxtyping import UInt8
 
-from toponav.core.camera import PinholeCamera
-from toponav.core.episode import Velocity, VelocityLimits
+from toponav.core.camera import Camera, PinholeCamera
+from toponav.core.episode import Observation, Velocity, VelocityLimits
 from toponav.core.errors import InputError, did_you_mean
 from toponav.core.geometry import Pose2
 from toponav.sim.registration import register
+from toponav.sim.render.images import INSTANCE_OF_NOTHING
+from toponav.sim.sensor_noise import DepthSensor, depth_sensor
 from toponav.sim.simulation import CONTROL_PERIOD_S, SimState, Simulation
 from toponav.worlds.free_space import FreeSpace
 from toponav.worlds.scene import Scene
@@ -27,21 +30,26 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
     """A building to drive in: depth images in, velocity commands out, 0.2 s a step.
 
     The action is (linear m/s, angular rad/s). The observation is `{"depth": float32}`, Z-depth
-    in metres clipped at the camera's maximum. Colour and semantic images come with textured
-    worlds and are not offered yet. `info` holds the truth after each step: `pose`, `velocity`,
-    `contact` and `time_s`. The reward is always zero: what to reach is the task's to say.
+    in metres clipped at the camera's maximum; `modalities` adds `rgb` (uint8, three channels),
+    `semantic` (uint8, a `SemanticClass` or 255) and `instance` (int32). `info` holds the truth
+    after each step: `pose`, `velocity`, `contact` and `time_s`. The reward is always zero: what
+    to reach is the task's to say.
 
     An episode terminates when the robot touches the building or anything in it, unless
     `collisions="stuck"`, and is truncated after `max_steps`.
 
     Args:
         scene: The building; by default the generated office of seed 0.
-        camera: The depth camera.
+        camera: The camera: a `PinholeCamera` or a `PanoramaCamera`.
         limits: Speed and acceleration limits; they bound the action space.
         collisions: `fatal`: a contact ends the episode. `stuck`: the robot is merely blocked.
         max_steps: Steps after which an episode is truncated.
         backend: Which renderer to use, as in `make_renderer`.
-        render_mode: `rgb_array` for a coloured depth image from `render()`.
+        render_mode: `rgb_array` for the colour image from `render()`, or where that is no
+            modality, the depth in colours.
+        modalities: What an observation holds: any of `depth`, `rgb`, `semantic`, `instance`.
+        sensor: A depth sensor, or its name (`kinect_v1`, `kinect_v2`, `realsense_d435`), whose
+            errors depth has; holes read 0. The default is the truth.
 
     Example:
         >>> env = BehavioralNavEnv(scene)
@@ -57,12 +65,14 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
     def __init__(
         self,
         scene: Scene | None = None,
-        camera: PinholeCamera = PinholeCamera(),  # noqa: B008 - frozen
+        camera: Camera = PinholeCamera(),  # noqa: B008 - frozen
         limits: VelocityLimits = VelocityLimits(),  # noqa: B008 - frozen
         collisions: str = "fatal",
         max_steps: int = 3000,
         backend: str = "auto",
         render_mode: str | None = None,
+        modalities: Sequence[str] = ("depth",),
+        sensor: DepthSensor | str | None = None,
     ) -> None:
         _check_choice("collisions", collisions, get_args(Collisions))
         if render_mode is not None:
@@ -74,7 +84,14 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
                 remedy="3000 steps are ten minutes",
             )
         self.scene = scene if scene is not None else _default_scene()
-        self.simulation = Simulation(self.scene, camera, limits, backend)
+        self.simulation = Simulation(
+            self.scene,
+            camera,
+            limits,
+            backend,
+            modalities=modalities,
+            sensor=depth_sensor(sensor) if isinstance(sensor, str) else sensor,
+        )
         self.camera = camera
         self.collisions = collisions
         self.max_steps = max_steps
@@ -83,13 +100,13 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
             np.array([-_REVERSE_M_S, -limits.angular_rad_s], np.float32),
             np.array([limits.linear_m_s, limits.angular_rad_s], np.float32),
         )
-        image = gymnasium.spaces.Box(
-            0.0, camera.max_depth_m, (camera.height, camera.width), np.float32
+        spaces = _image_spaces(camera)
+        self.observation_space = gymnasium.spaces.Dict(  # type: ignore[assignment]
+            {name: spaces[name] for name in modalities}
         )
-        self.observation_space = gymnasium.spaces.Dict({"depth": image})  # type: ignore[assignment]
         self._steps = 0
         self._start_cells: np.ndarray | None = None
-        self._depth_m: Float32[np.ndarray, "height width"] | None = None
+        self._observation: Observation | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -108,6 +125,9 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         for name in options:
             _check_choice("option", name, ["pose"])
         pose = Pose2(*options["pose"]) if "pose" in options else self._random_pose()
+        # Only where a sensor errs, so that seeds without one keep their poses.
+        if self.simulation.sensor is not None:
+            self.simulation.sensor_seed = int(self.np_random.integers(2**31))
         state = self.simulation.reset(pose)
         self._steps = 0
         return self._observe(), _info(state)
@@ -133,18 +153,26 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         return self._observe(), 0.0, terminated, self._steps >= self.max_steps, _info(state)
 
     def render(self) -> UInt8[np.ndarray, "height width 3"] | None:
-        """The depth image in colour, near red to far blue, when `render_mode` is rgb_array."""
-        if self.render_mode is None or self._depth_m is None:
+        """The colour image, or the depth in colours from near red to far blue."""
+        if self.render_mode is None or self._observation is None:
             return None
+        if self._observation.rgb is not None:
+            return self._observation.rgb.copy()
         from matplotlib import colormaps
 
-        nearness = 1.0 - self._depth_m / self.camera.max_depth_m
+        nearness = 1.0 - self._observation.depth_m / self.camera.max_depth_m
         colors: UInt8[np.ndarray, "height width 4"] = colormaps["turbo"](nearness, bytes=True)
         return np.ascontiguousarray(colors[..., :3])
 
     def _observe(self) -> dict[str, np.ndarray]:
-        self._depth_m = self.simulation.observe().depth_m
-        return {"depth": self._depth_m}
+        self._observation = self.simulation.observe()
+        images = {
+            "depth": self._observation.depth_m,
+            "rgb": self._observation.rgb,
+            "semantic": self._observation.semantic,
+            "instance": self._observation.instance,
+        }
+        return {name: images[name] for name in self.simulation.modalities}  # type: ignore[misc]
 
     def _random_pose(self) -> Pose2:
         if self._start_cells is None:
@@ -159,6 +187,19 @@ class BehavioralNavEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         row, col = self._start_cells[self.np_random.integers(len(self._start_cells))]
         yaw_rad = float(self.np_random.uniform(-np.pi, np.pi))
         return Pose2(*self.scene.grid.center_of(int(row), int(col)), yaw_rad)
+
+
+def _image_spaces(camera: Camera) -> dict[str, gymnasium.spaces.Box]:
+    """The space of each modality's images."""
+    shape = (camera.height, camera.width)
+    return {
+        "depth": gymnasium.spaces.Box(0.0, camera.max_depth_m, shape, np.float32),
+        "rgb": gymnasium.spaces.Box(0, 255, (*shape, 3), np.uint8),
+        "semantic": gymnasium.spaces.Box(0, 255, shape, np.uint8),
+        "instance": gymnasium.spaces.Box(
+            INSTANCE_OF_NOTHING, np.iinfo(np.int32).max, shape, np.int32
+        ),
+    }
 
 
 def _info(state: SimState) -> dict[str, Any]:

@@ -1,17 +1,21 @@
 """A robot in a building: velocity commands in, poses, contacts and depth images out."""
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import mujoco
+import numpy as np
 
-from toponav.core.camera import PinholeCamera
+from toponav.core.camera import Camera
 from toponav.core.episode import Observation, Velocity, VelocityLimits
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
 from toponav.sim.physics import build_model
-from toponav.sim.render import DepthRenderer, check_backend, make_renderer
+from toponav.sim.render import DepthRenderer, check_backend, check_modalities, make_renderer
 from toponav.sim.robots import TURTLEBOT2, DifferentialRobot
+from toponav.sim.sensor_noise import DepthSensor, DepthSensorNoise
 from toponav.worlds.scene import Scene, SemanticClass
 
 __all__ = ["CONTROL_PERIOD_S", "PhysicsError", "SimState", "Simulation"]
@@ -47,17 +51,21 @@ class SimState(NamedTuple):
 
 
 class Simulation:
-    """A differential-drive robot with a depth camera, deterministic to the byte.
+    """A differential-drive robot with a camera, deterministic to the byte.
 
     A simulation that was reset equals a fresh one: the same commands give the same states.
     One instance serves one thread; build one per worker.
 
     Args:
         scene: The building.
-        camera: The depth camera, or None for a robot that will never be asked what it sees.
+        camera: The camera, or None for a robot that will never be asked what it sees.
         limits: Speed and acceleration limits, applied to every command.
         backend: Which renderer to use, as in `make_renderer`.
         robot: The robot.
+        modalities: What `observe` gives besides depth: any of `rgb`, `semantic` and `instance`.
+        sensor: A depth sensor whose errors depth has, such as `depth_sensor("kinect_v1")`; None
+            for the truth.
+        sensor_seed: Seed of the sensor's errors; the same step of the same commands errs alike.
 
     Example:
         >>> simulation = Simulation(scene, PinholeCamera())
@@ -69,16 +77,26 @@ class Simulation:
     def __init__(
         self,
         scene: Scene,
-        camera: PinholeCamera | None = None,
+        camera: Camera | None = None,
         limits: VelocityLimits = VelocityLimits(),  # noqa: B008 - frozen
         backend: str = "auto",
         robot: DifferentialRobot = TURTLEBOT2,
+        modalities: Sequence[str] = ("depth",),
+        sensor: DepthSensor | None = None,
+        sensor_seed: int = 0,
     ) -> None:
         check_backend(backend)
+        check_modalities(modalities)
         self.scene = scene
         self.camera = camera
         self.limits = limits
         self.robot = robot
+        self.modalities = tuple(modalities)
+        self.sensor = sensor
+        self.sensor_seed = sensor_seed
+        self._noise = (
+            None if sensor is None or camera is None else DepthSensorNoise(sensor, camera)
+        )
         self._backend = backend
         self._renderer: DepthRenderer | None = None
         building = build_model(scene, robot, _TIMESTEP_S)
@@ -151,7 +169,19 @@ class Simulation:
             InputError: If the robot has no camera, or nothing was reset yet.
         """
         state = self._require_state()
-        return Observation(depth_m=self.renderer.render(state.pose), time_s=state.time_s)
+        others = [name for name in self.modalities if name != "depth"]
+        if not others:
+            depth_m, rgb, semantic, instance = self.renderer.render(state.pose), None, None, None
+        else:
+            seen = self.renderer.render_images(state.pose, ("depth", *others))
+            rgb, semantic, instance = seen.rgb, seen.semantic, seen.instance
+            assert seen.depth_m is not None
+            depth_m = seen.depth_m
+        if self._noise is not None:
+            depth_m = self._noise(
+                depth_m, np.random.default_rng([self.sensor_seed, self._steps]), rgb
+            )
+        return Observation(depth_m, state.time_s, rgb, semantic, instance)
 
     @property
     def renderer(self) -> DepthRenderer:
@@ -161,9 +191,12 @@ class Simulation:
                 raise InputError(
                     "this robot has no camera",
                     where=f"scene {self.scene.name}",
-                    remedy="pass a PinholeCamera to Simulation",
+                    remedy="pass a PinholeCamera or a PanoramaCamera to Simulation",
                 )
-            self._renderer = make_renderer(self.scene, self.camera, self._backend)
+            camera = self.camera
+            if self._noise is not None:
+                camera = dataclasses.replace(camera, max_depth_m=self._noise.renders_to_m)
+            self._renderer = make_renderer(self.scene, camera, self._backend)
         return self._renderer
 
     def _require_state(self) -> SimState:
