@@ -64,7 +64,10 @@ class BehavRNNTask:
         self._numbers, self._first = numbers.astype(np.int64), first.astype(np.int64)
         self._plans = [plan_numbers(data, int(number)) for number in numbers]
         self._last = np.array(
-            [self._before_goal(*bounds) for bounds in zip(first, last, self._plans, strict=True)],
+            [
+                self._before_goal(*drive)
+                for drive in zip(first.tolist(), last.tolist(), self._plans, strict=True)
+            ],
             np.int64,
         )
         has_labels = np.maximum.reduceat(self._behavior, first) >= 0
@@ -132,12 +135,11 @@ class BehavRNNTask:
                 metrics[f"{behavior}_accuracy"] = float(right[truth_of == number].mean())
         return metrics
 
-    def _before_goal(
-        self, first: np.integer, last: np.integer, plan: Int64[np.ndarray, " edges"]
-    ) -> int:
+    def _before_goal(self, first: int, last: int, plan: Int64[np.ndarray, " edges"]) -> int:
         """The last frame at which something of the plan is left to do."""
         position = self._position[first : last + 1]
-        return int(first + max(np.searchsorted(position, len(plan), "left") - 1, 0))
+        undone = int(np.searchsorted(position, len(plan), "left"))
+        return first + max(undone - 1, 0)
 
     def _batch(
         self,

@@ -1,11 +1,12 @@
 """What the pose filter would have believed along recorded drives."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import torch
-from jaxtyping import Float32, Int64
+from jaxtyping import Float32, Float64, Int64
 
 from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterConfig
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
@@ -16,6 +17,7 @@ from toponav.training.precision import autocast
 __all__ = ["ReplayedBeliefs", "replay_beliefs"]
 
 _AT_ONCE = 256
+_ASKEW_RAD = math.radians(20.5)
 PROGRESS_BACK_M, PROGRESS_AHEAD_M = 1.0, 2.5
 """From one step to the next, progress along the plan changes by no more than this."""
 
@@ -82,13 +84,12 @@ def _replay_some(
     """Drives in lock-step, the longest first."""
     begin = one.data.starts[page]
     lengths = np.diff(one.data.starts)[page]
-    beliefs = PoseFilter(np.array([start_pose(one, int(number)) for number in page]), config)
+    beliefs = PoseFilter(_starts(one, page), config)
     progress = np.zeros(len(page))
     for step in range(int(lengths.max(initial=0))):
         alive = int((lengths > step).sum())
         if alive < len(beliefs.pose):
-            beliefs.pose = beliefs.pose[:alive]
-            beliefs.covariance = beliefs.covariance[:alive]
+            beliefs.keep(alive)
             progress = progress[:alive]
         rows = begin[:alive] + step
         if step:
@@ -97,6 +98,22 @@ def _replay_some(
         out.pose[rows] = beliefs.pose
         out.std[rows] = beliefs.std_in_robot
         out.progress_m[rows] = progress
+
+
+def _starts(
+    one: MetricData, page: Int64[np.ndarray, " robots"]
+) -> Float64[np.ndarray, "robots 3"]:
+    """What robots are told; one that began askew is told its heading, give or take 20 degrees.
+
+    Drives that begin facing anywhere teach how to turn round, but no robot in use begins so.
+    """
+    starts = np.array([start_pose(one, int(number)) for number in page])
+    yaw = one.data.pose[one.data.starts[page], 2].astype(np.float64)
+    away = yaw - starts[:, 2]
+    is_askew = np.abs(np.arctan2(np.sin(away), np.cos(away))) > _ASKEW_RAD
+    spread = np.random.default_rng(0).uniform(-_ASKEW_RAD, _ASKEW_RAD, one.data.trajectories)
+    starts[is_askew, 2] = (yaw + spread[page])[is_askew]
+    return starts
 
 
 @torch.inference_mode()

@@ -89,8 +89,8 @@ class PhaseNetTask:
 
     def loss(self, model: torch.nn.Module, batch: PhaseBatch) -> Tensor:
         """Mean squared error of the phase over all steps."""
-        error = model(batch.frames, batch.is_there, batch.behavior) - batch.phase
-        return (error**2)[batch.is_there].mean()
+        error: Tensor = model(batch.frames, batch.is_there, batch.behavior) - batch.phase
+        return (error[batch.is_there] ** 2).mean()
 
     @torch.inference_mode()
     def evaluate(self, model: torch.nn.Module) -> dict[str, int | float]:

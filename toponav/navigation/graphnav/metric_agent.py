@@ -140,10 +140,8 @@ class MetricGraphNavAgent:
         )
         if not (torch.isfinite(mean).all() and torch.isfinite(log_std).all()):
             return
-        if self._filter_config is None:
-            self._filter.covariance[0] = np.diag(np.exp(2 * log_std[0].numpy()).astype(float))
-            self._filter.config = PoseFilterConfig(inflation=1e-6)
-        self._filter.correct(mean.numpy(), log_std.exp().numpy())
+        correct = self._filter.take if self._filter_config is None else self._filter.correct
+        correct(mean.numpy(), log_std.exp().numpy())
 
     @torch.inference_mode()
     def _drive(self, profile: np.ndarray) -> Velocity:

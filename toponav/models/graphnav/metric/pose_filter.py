@@ -25,8 +25,12 @@ class PoseFilterConfig:
     """Turn of a control step at rest."""
     slip: float = 0.04
     """Spread in proportion to the distance driven and the angle turned."""
-    inflation: float = 8.0
-    """Consecutive corrections repeat each other's errors: their variance counts this often."""
+    news_m: float = 0.8
+    """After driving this far, what the robot sees is news; before, in proportion less."""
+    news_rad: float = 0.8
+    """The same for turning."""
+    least_news: float = 0.02
+    """A frame counts at least this share of one that is all news."""
     most_m: float = 1.5
     """No correction moves a belief farther than this."""
 
@@ -61,6 +65,7 @@ class PoseFilter:
         self.covariance: Float64[np.ndarray, "robots 3 3"] = np.tile(
             np.diag(spread), (len(start), 1, 1)
         )
+        self._news = np.ones(len(start))
 
     def predict(self, step: Float[np.ndarray, "robots 3"]) -> None:
         """Move by dead-reckoned steps: metres forward and left, radians turned."""
@@ -71,6 +76,7 @@ class PoseFilter:
         self.pose[:, 2] += step[:, 2]
         jacobian = np.tile(np.eye(3), (len(step), 1, 1))
         jacobian[:, 0, 2], jacobian[:, 1, 2] = -moved[:, 1], moved[:, 0]
+        self._news += np.abs(step[:, 0]) / config.news_m + np.abs(step[:, 2]) / config.news_rad
         noise = np.stack(
             [
                 config.step_std_m + config.slip * np.abs(step[:, 0]),
@@ -86,6 +92,9 @@ class PoseFilter:
     ) -> None:
         """Take in where the pose network sees the true poses from the believed ones.
 
+        What is seen from one place again and again repeats its errors: a correction's variance
+        is divided by how much of it is news.
+
         Args:
             mean: Metres forward, metres left, radians to the left.
             std: Their standard deviations.
@@ -95,10 +104,25 @@ class PoseFilter:
         size = np.hypot(seen[:, 0], seen[:, 1])
         seen[:, :2] *= np.minimum(1.0, config.most_m / np.maximum(size, 1e-9))[:, None]
         turn = _rotations(self.pose[:, 2])
-        noise = _spread(turn, np.asarray(std, np.float64) * math.sqrt(config.inflation))
+        news = np.clip(self._news, config.least_news, 1.0)
+        self._news[:] = 0.0
+        noise = _spread(turn, np.asarray(std, np.float64) / np.sqrt(news)[:, None])
         gain = self.covariance @ np.linalg.inv(self.covariance + noise)
         self.pose += np.einsum("rij,rj->ri", gain @ turn, seen)
         self.covariance = _around(np.eye(3) - gain, self.covariance) + _around(gain, noise)
+
+    def keep(self, count: int) -> None:
+        """Go on with the first robots alone."""
+        self.pose, self.covariance = self.pose[:count], self.covariance[:count]
+        self._news = self._news[:count]
+
+    def take(
+        self, mean: Float[np.ndarray, "robots 3"], std: Float[np.ndarray, "robots 3"]
+    ) -> None:
+        """Take corrections whole, as a robot without a filter does."""
+        turn = _rotations(self.pose[:, 2])
+        self.pose += np.einsum("rij,rj->ri", turn, np.asarray(mean, np.float64))
+        self.covariance = _spread(turn, np.asarray(std, np.float64))
 
     @property
     def std_in_robot(self) -> Float64[np.ndarray, "robots 3"]:
