@@ -119,10 +119,10 @@ def collect_dagger(
     """
     from toponav.data.collect import CollectConfig
     from toponav.data.driving import StartConfig
-    from toponav.models.checkpoints import load_weights
+    from toponav.models.checkpoints import load_any_weights
     from toponav.training.dagger import LearnerFactory
 
-    load_weights(weights)
+    load_any_weights(weights)
     config = CollectConfig(
         episodes=episodes,
         seed=seed,

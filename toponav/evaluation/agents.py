@@ -338,16 +338,9 @@ def check_weights(weights: str | None, names: Iterable[str]) -> None:
         if "behavrnn" in names:
             checkpoints.load_behavrnn(weights or "compact")
     if any(name in AGENTS and AGENTS[name].is_learned for name in names):
-        from toponav.models.checkpoints import (
-            holds_metric_weights,
-            load_metric_weights,
-            load_weights,
-        )
+        from toponav.models.checkpoints import load_any_weights
 
-        if weights is not None and holds_metric_weights(weights):
-            load_metric_weights(weights)
-        else:
-            load_weights(weights or "compact")
+        load_any_weights(weights or "compact")
 
 
 def make_agent(name: str, context: AgentContext) -> Agent[NavigationTask]:

@@ -39,8 +39,9 @@ __all__ = [
     "MetricWeights",
     "Network",
     "checkpoint_metadata",
-    "load_behavrnn",
     "holds_metric_weights",
+    "load_any_weights",
+    "load_behavrnn",
     "load_checkpoint",
     "load_metric_weights",
     "load_phasenet",
@@ -218,6 +219,17 @@ def load_metric_weights(name_or_dir: str | Path = "best") -> MetricWeights:
             remedy=_TRAIN_AGAIN,
         )
     return MetricWeights(pose, steering)
+
+
+def load_any_weights(name_or_dir: str | Path) -> GraphNavWeights | MetricWeights:
+    """The networks that GraphNav drives with, whichever kind these are.
+
+    Raises:
+        InputError: There are no such weights, or one of the files is broken.
+    """
+    if holds_metric_weights(name_or_dir):
+        return load_metric_weights(name_or_dir)
+    return load_weights(name_or_dir)
 
 
 def load_phasenet(name_or_dir: str | Path = "compact") -> PhaseNet:

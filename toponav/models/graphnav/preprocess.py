@@ -28,11 +28,13 @@ class FrameReducer(Protocol):
     """Turns a camera's depth frames into what networks see."""
 
     @property
-    def camera(self) -> PinholeCamera: ...
+    def camera(self) -> PinholeCamera:
+        """The camera that takes the frames."""
 
     def __call__(
         self, depth_m: Float32[np.ndarray, "height width"]
-    ) -> UInt8[np.ndarray, "rows cols"]: ...
+    ) -> UInt8[np.ndarray, "rows cols"]:
+        """A frame as the networks see it."""
 
 
 def frame_reducer(camera: PinholeCamera, preset: _ShowsImage) -> FrameReducer:
