@@ -29,6 +29,7 @@ ENDINGS = {
     MapFormat.AREA: ".yaml",
     MapFormat.RMF: ".building.yaml",
 }
+_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _YAML = (MapFormat.TMAP2, MapFormat.RMF, MapFormat.AREA)
 
 
@@ -152,7 +153,7 @@ def _values_mutated(
     if map_format is MapFormat.GRAPHML:
         return _xml_mutated(draw, valid[map_format].decode()).encode("utf-8", "surrogatepass")
     text = valid[map_format].decode()
-    document = yaml.safe_load(text) if map_format in _YAML else json.loads(text)
+    document = yaml.load(text, _Loader) if map_format in _YAML else json.loads(text)
     for _ in range(draw.randint(1, 4)):
         _mutate(draw, document)
     if map_format in _YAML and draw.random() < 0.7:
@@ -353,7 +354,7 @@ def _random_value(draw: random.Random, depth: int) -> Any:
     return {key: _random_value(draw, depth - 1) for key in chosen}
 
 
-class _Dumper(yaml.SafeDumper):
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
