@@ -26,8 +26,8 @@ INVARIANTS: tuple[str, ...] = (
 _ROBOT_RADIUS_M = 0.18
 _LEAST_DOOR_M = 0.7
 _LEAST_FLOOR_M2 = 0.15
-_THROUGH_M = 0.06
-"""Furniture this deep in a wall goes through it; one cell is rounding."""
+_THROUGH_M = 0.03
+"""Furniture this deep in a wall goes through it."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,9 @@ def _clear_width_m(scene: Scene, door: Door) -> float:
     normal = np.array([-(y1 - y0), x1 - x0]) / length
     least = math.inf
     for off_m in (-scene.grid.resolution_m / 2, scene.grid.resolution_m / 2):
-        points = door.segment_m[0] + np.outer(along / length, door.segment_m[1] - door.segment_m[0])
+        points = door.segment_m[0] + np.outer(
+            along / length, door.segment_m[1] - door.segment_m[0]
+        )
         points = points + normal * off_m
         cells = np.floor((points - np.array(scene.grid.origin_m)) / scene.grid.resolution_m)
         cols, rows = cells.astype(int).T
@@ -131,7 +133,9 @@ def _shared_floor(scene: Scene) -> list[Fault]:
             continue
         sizes = np.bincount(ndimage.label(mask, np.ones((3, 3)))[0].ravel())[1:]
         if len(sizes) > 1 and sizes.max() < 0.8 * sizes.sum():
-            what = f"its floor is in {len(sizes)} pieces, the largest {sizes.max() / sizes.sum():.0%}"
+            what = (
+                f"its floor is in {len(sizes)} pieces, the largest {sizes.max() / sizes.sum():.0%}"
+            )
             faults.append(Fault("rooms_disjoint", room.name, what))
     return faults
 
@@ -143,27 +147,42 @@ def _furniture_in_walls(scene: Scene) -> list[Fault]:
         return []
     mesh = scene.mesh
     movable = mesh.face_semantic > SemanticClass.WINDOW
-    wall = (scene.semantics == SemanticClass.WALL) & scene.occupied
-    cell_m = scene.grid.resolution_m
-    depth_m = ndimage.distance_transform_edt(wall) * cell_m
-    doorway = _doorways(scene)
     points, owners = _points_on(mesh.vertices_m[mesh.faces[movable]], mesh.face_instance[movable])
-    cells = np.floor((points[:, :2] - np.array(scene.grid.origin_m)) / cell_m).astype(int)
-    cols, rows = np.clip(cells, 0, [scene.grid.cols - 1, scene.grid.rows - 1]).T
+    points, owners = points[points[:, 2] > 0.03], owners[points[:, 2] > 0.03]
+    cells = _cells(scene, points)
     faults = []
-    deep = (depth_m[rows, cols] > _THROUGH_M) & (points[:, 2] > 0.03)
-    # Tiles and pictures lie on a wall's face; a wall is 10 cm thick, so its middle is 5 cm deep.
-    for instance in np.unique(owners[deep]).tolist():
-        faults.append(Fault("furniture_inside", f"object {instance}", "it reaches into a wall"))
-    low = (points[:, 2] > 0.03) & (points[:, 2] < 1.9)
-    for instance in np.unique(owners[low & doorway[rows, cols]]).tolist():
-        faults.append(Fault("furniture_inside", f"object {instance}", "it stands in a doorway"))
-    band = (points[:, 2] > 0.05) & (points[:, 2] < 0.45)
+
+    def report(rule: str, bad: np.ndarray, what: str) -> None:
+        for instance in np.unique(owners[bad]).tolist():
+            faults.append(Fault(rule, f"object {instance}", what))
+
+    report("furniture_inside", _deep_in_walls(scene, points), "it reaches into a wall")
+    rooms = scene.room_index[cells].astype(np.int64)
+    keys = np.unique(owners[rooms >= 0] * 100_000 + rooms[rooms >= 0])
+    objects, counts = np.unique(keys // 100_000, return_counts=True)
+    report("furniture_inside", np.isin(owners, objects[counts > 1]), "it stands in two rooms")
+    in_doorway = (points[:, 2] < 1.9) & _doorways(scene)[cells]
+    report("furniture_inside", in_doorway, "it stands in a doorway")
     near = ndimage.binary_dilation(scene.occupied, np.ones((3, 3)))
-    for instance in np.unique(owners[band & ~near[rows, cols]]).tolist():
-        what = "it stands where the grid says that the floor is free"
-        faults.append(Fault("grid_matches_mesh", f"object {instance}", what))
+    hidden = (points[:, 2] > 0.05) & (points[:, 2] < 0.45) & ~near[cells]
+    report("grid_matches_mesh", hidden, "it stands where the grid says that the floor is free")
     return faults
+
+
+def _cells(scene: Scene, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns of points; those outside count as on the edge."""
+    cells = np.floor((points[:, :2] - np.array(scene.grid.origin_m)) / scene.grid.resolution_m)
+    cols, rows = np.clip(cells.astype(int), 0, [scene.grid.cols - 1, scene.grid.rows - 1]).T
+    return rows, cols
+
+
+def _deep_in_walls(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Which points have wall around them on all four sides."""
+    wall = (scene.semantics == SemanticClass.WALL) & scene.occupied
+    deep = np.ones(len(points), bool)
+    for step in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        deep &= wall[_cells(scene, points[:, :2] + np.array(step) * _THROUGH_M)]
+    return deep
 
 
 def _doorways(scene: Scene) -> Bool[np.ndarray, "rows cols"]:

@@ -157,6 +157,8 @@ def plan_cost(specs: tuple[RoomSpec, ...], labels: Labels) -> tuple[float, list[
     """How far a plan is from one to live in, and its doors."""
     walls = borders(labels)
     links, cost = links_of(specs, walls)
+    if cost >= _NEVER:
+        return cost, links
     for number, spec in enumerate(specs):
         mask = labels == number
         cells = int(mask.sum())
@@ -166,13 +168,25 @@ def plan_cost(specs: tuple[RoomSpec, ...], labels: Labels) -> tuple[float, list[
         if ndimage.label(mask)[1] > 1:
             cost += _NEVER
         side = _NARROWEST[spec.kind]
-        kept = ndimage.binary_opening(mask, np.ones((side, side), bool))
+        kept = _opened(mask, side)
         if not kept.any():
             cost += _NEVER / 2
         cost += 9.0 * (cells - int(kept.sum())) / cells
         cost += _shape_cost(spec, mask, cells)
         cost += _window_cost(number, spec, walls)
     return cost, links
+
+
+def _opened(mask: np.ndarray, side: int) -> np.ndarray:
+    """The cells of all squares of this side that fit into a mask."""
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    part = mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1].astype(np.uint8)
+    shift = -1 if side % 2 == 0 else 0
+    for axis in (0, 1):
+        part = ndimage.minimum_filter1d(part, side, axis, mode="constant")
+    for axis in (0, 1):
+        part = ndimage.maximum_filter1d(part, side, axis, mode="constant", origin=shift)
+    return part > 0
 
 
 def _shape_cost(spec: RoomSpec, mask: np.ndarray, cells: int) -> float:

@@ -166,12 +166,15 @@ def _grow_rectangles(
 ) -> None:
     """Extends rectangles line by line until each holds `most` times its target or is stuck."""
     active = sorted(boxes)
+    # A side that meets something never becomes free again.
+    open_sides = {number: [0, 1, 2, 3] for number in active}
     while active:
         shares = np.array([targets[number] for number in active])
         number = active[int(rng.choice(len(active), p=shares / shares.sum()))]
         box = boxes[number]
         tall, wide = box[2] - box[0], box[3] - box[1]
-        sides = [side for side in range(4) if _line_is_free(labels, box, side)]
+        sides = [side for side in open_sides[number] if _line_is_free(labels, box, side)]
+        open_sides[number] = sides
         # A rectangle twice as long as wide grows only in width, while it can.
         if tall > 1.5 * wide and any(side % 2 for side in sides):
             sides = [side for side in sides if side % 2]

@@ -287,7 +287,7 @@ class RoomBuilder:
             low, high = run.start_m + width / 2 + 0.01, run.stop_m - width / 2 - 0.01
             if high < low:
                 continue
-            for along in np.arange(low, high + 1e-9, 0.15).tolist() + [high]:
+            for along in [*np.arange(low, high + 1e-09, 0.15).tolist(), high]:
                 ends = min(along - low, high - along)
                 worth = float(self.rng.normal(0, 0.35))
                 if centered:
@@ -486,7 +486,7 @@ class RoomBuilder:
         walls = [run] if run is not None else self.runs
         for _ in range(tries):
             wall = walls[int(self.rng.integers(len(walls)))]
-            if wall.length_m < width + 0.2:
+            if along_m is None and wall.length_m < width + 0.2:
                 continue
             along = (
                 float(
@@ -497,15 +497,17 @@ class RoomBuilder:
                 if along_m is None
                 else along_m
             )
-            span = (along - width / 2 - 0.04, along + width / 2 + 0.04)
-            if span[0] < wall.start_m or span[1] > wall.stop_m:
+            margin = 0.04 if along_m is None else 0.0
+            span = (along - width / 2 - margin, along + width / 2 + margin)
+            if span[0] < wall.start_m - 1e-6 or span[1] > wall.stop_m + 1e-6:
                 continue
             if not wall.is_clear(span, (low, high)):
                 continue
             x, y = wall.point(along, 0.002)
             at = (x, y, z_m)
             cells = footprint(piece.shape, at, wall.yaw_rad, self._floor.shape)
-            if cells is None or not self._may_hang(cells):
+            inside = piece.shape.size_m[1] <= 0.06 or self._is_inside(piece, at, wall.yaw_rad)
+            if cells is None or not inside or not self._may_hang(cells):
                 continue
             # What hangs low enough to be hit stands out from the wall and blocks its cells.
             blocks = piece.shape.size_m[1] > 0.06 and cells[1].any()

@@ -11,7 +11,7 @@ from toponav.worlds.generate._home_canvas import Canvas, footprint, turned_exact
 from toponav.worlds.generate._home_shell import CELL_M, Opening
 from toponav.worlds.generate._home_style import Palette
 from toponav.worlds.generate._home_walls import WallRun, Window
-from toponav.worlds.generate.shapes import ShapeBuilder
+from toponav.worlds.generate.shapes import Shape, ShapeBuilder
 from toponav.worlds.generate.surfaces import Surface, surface
 from toponav.worlds.grid import SemanticClass
 
@@ -242,42 +242,61 @@ def _panels(b: ShapeBuilder, width: float, height: float, kind: str) -> None:
 
 
 def _leaf(canvas: Canvas, opening: Opening, palette: Palette) -> None:
-    """The open leaf in the inner room, hung so that it never narrows the opening."""
-    width = opening.width_m - 0.01
-    along = opening.stop if opening.hinge > 0 else opening.start
-    hinge = opening.point_m(along, 1.0)
-    body = str("wood" if palette["has_wooden_doors"] else "white")
+    """The open leaf in the inner room, at the widest of some angles that walls allow."""
+    for angle in (opening.open_rad, math.radians(97.0), math.pi / 2):
+        for hinge in (opening.hinge, -opening.hinge):
+            shape, at, yaw = _open_leaf(opening, hinge, angle, palette)
+            cells = footprint(shape, at, yaw, canvas.blocked.shape)
+            if cells is None or _hits_wall(canvas, opening, cells):
+                continue
+            colors = tuple(surface(slot, palette[slot]) for slot in shape.slots)
+            instance = canvas.new_instance()
+            canvas.add_shape(shape, colors, _S.DOOR, instance, turned_exactly(yaw), at)
+            window, mask = cells
+            # Its handle must not count as a part of the opening.
+            free = np.zeros(canvas.blocked.shape, bool)
+            free[opening.box(14, 16)] = True
+            mask &= ~free[window] & ~canvas.shell.wall[window]
+            canvas.heights_m[window][mask] = np.float32(opening.top_m - 0.01)
+            canvas.semantics[window][mask] = _S.DOOR
+            canvas.blocked[window] |= mask
+            return
+
+
+def _hits_wall(
+    canvas: Canvas, opening: Opening, cells: tuple[tuple[slice, slice], np.ndarray]
+) -> bool:
+    """Whether a leaf leaves its room or is in the way of another opening."""
+    window, mask = cells
+    index = canvas.shell.room_index[window]
+    # A knob may touch the wall beside the jamb.
+    outside = int((mask & (index != opening.inner)).sum())
+    ways = np.zeros(canvas.blocked.shape, bool)
+    for other in canvas.shell.openings:
+        if other is not opening:
+            ways[other.box(10, 10)] = True
+    return outside > 0 or bool((mask & ways[window]).any())
+
+
+def _open_leaf(
+    opening: Opening, hinge: int, angle_rad: float, palette: Palette
+) -> tuple[Shape, tuple[float, float, float], float]:
+    """The leaf, where its hinge is, and how it is turned."""
+    along = opening.stop if hinge > 0 else opening.start
+    at = opening.point_m(along, 1.02)
     b = ShapeBuilder()
-    _panels(b, width, opening.top_m - 0.01, body)
+    body = "wood" if palette["has_wooden_doors"] else "white"
+    _panels(b, opening.width_m - 0.01, opening.top_m - 0.01, body)
     shape = b.finish()
     # Directions in the plan: along the wall into the opening, and into the inner room.
-    into = -opening.hinge
-    angle = opening.open_rad
-    dx, dy = math.cos(angle) * into, math.sin(angle) * opening.side
+    dx, dy = -math.cos(angle_rad) * hinge, math.sin(angle_rad) * opening.side
     direction = np.array([dx, dy] if opening.horizontal else [dy, dx])
-    side = np.array([-direction[1], direction[0]])  # where +y of the leaf points
-    toward = np.array([into, 0.0] if opening.horizontal else [0.0, into])
-    if float(side @ toward) < 0:  # its thickness must lie away from the opening
-        flip = np.array([1.0, -1.0, 1.0])
-        corners = (shape.corners_m * flip)[:, ::-1]
-        uv = shape.corner_uv[:, ::-1]
-        shape = type(shape)(np.ascontiguousarray(corners), uv, shape.slot, shape.slots)
-    yaw = math.atan2(direction[1], direction[0])
-    at = (hinge[0], hinge[1], 0.0)
-    cells = footprint(shape, at, yaw, canvas.blocked.shape)
-    colors = tuple(surface(slot, palette[slot]) for slot in shape.slots)
-    instance = canvas.new_instance()
-    canvas.add_shape(shape, colors, _S.DOOR, instance, turned_exactly(yaw), at)
-    if cells is not None:
-        window, mask = cells
-        # Its handle must not count as a cell of the opening, nor the leaf as a part of the wall.
-        mask &= ~canvas.shell.wall[window]
-        free = np.zeros(canvas.blocked.shape, bool)
-        free[opening.box(14, 16)] = True
-        mask &= ~free[window]
-        canvas.heights_m[window][mask] = np.float32(opening.top_m - 0.01)
-        canvas.semantics[window][mask] = _S.DOOR
-        canvas.blocked[window] |= mask
+    toward = np.array([-hinge, 0.0] if opening.horizontal else [0.0, -hinge])
+    left = np.array([-direction[1], direction[0]])
+    if float(left @ toward) < 0:  # its thickness must lie away from the opening
+        corners = np.ascontiguousarray((shape.corners_m * np.array([1.0, -1.0, 1.0]))[:, ::-1])
+        shape = Shape(corners, shape.corner_uv[:, ::-1], shape.slot, shape.slots)
+    return shape, (*at, 0.0), math.atan2(direction[1], direction[0])
 
 
 def _front_door(canvas: Canvas, door: Opening, palettes: list[Palette]) -> None:

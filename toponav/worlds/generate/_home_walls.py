@@ -1,5 +1,6 @@
 """The faces of a home's walls, where their windows are and what hangs on them."""
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +9,9 @@ from toponav.core.vocabulary import RoomKind
 from toponav.worlds.generate._home_shell import CELL_M, Shell
 
 __all__ = ["WallRun", "Window", "place_windows", "wall_runs"]
+
+_TOUCH_M = 0.002
+"""Things may touch."""
 
 _BEYOND = 5
 """An outer wall is this many cells thick."""
@@ -70,7 +74,10 @@ class WallRun:
         """Whether no window and nothing that hangs or stands there is in the way."""
         taken = [(w.start_m, w.stop_m, w.sill_m, w.head_m) for w in self.windows] + self.used
         return not any(
-            span[0] < stop and start < span[1] and heights[0] < high and low < heights[1]
+            span[0] < stop - _TOUCH_M
+            and start < span[1] - _TOUCH_M
+            and heights[0] < high
+            and low < heights[1]
             for start, stop, low, high in taken
         )
 
@@ -90,7 +97,7 @@ def wall_runs(shell: Shell) -> list[WallRun]:
             for line in np.flatnonzero((faces >= 0).any(axis=1)):
                 row = faces[line]
                 edges = np.flatnonzero(np.diff(row, prepend=-1, append=-1))
-                for start, stop in zip(edges[:-1], edges[1:], strict=True):
+                for start, stop in itertools.pairwise(edges):
                     if row[start] < 0:
                         continue
                     at = int(line) + (0 if normal > 0 else 1)

@@ -301,8 +301,15 @@ def _bicycle(b: ShapeBuilder, rng: Rng) -> None:
         for angle in np.arange(0, np.pi, np.pi / 4):
             c, s = 0.32 * float(np.cos(angle)), 0.32 * float(np.sin(angle))
             b.bar((x - c, 0.2, 0.33 - s), (x + c, 0.2, 0.33 + s), 0.003, "metal", 3)
-    frame = [((-0.5, 0.33), (-0.1, 0.3)), ((-0.1, 0.3), (0.35, 0.8)), ((-0.22, 0.8), (0.35, 0.8)),
-             ((-0.1, 0.3), (-0.25, 0.9)), ((-0.5, 0.33), (-0.22, 0.8)), ((0.5, 0.33), (0.33, 0.95))]  # fmt: skip
+    pedal, saddle, head = (-0.1, 0.3), (-0.22, 0.8), (0.35, 0.8)
+    frame = [
+        ((-0.5, 0.33), pedal),
+        (pedal, head),
+        (saddle, head),
+        (pedal, (-0.25, 0.9)),
+        ((-0.5, 0.33), saddle),
+        ((0.5, 0.33), (0.33, 0.95)),
+    ]
     for (x0, z0), (x1, z1) in frame:
         b.bar((x0, 0.2, z0), (x1, 0.2, z1), 0.018, "plastic")
     b.soft((-0.36, -0.14), (0.13, 0.27), (0.9, 0.95), "dark", 0.03)

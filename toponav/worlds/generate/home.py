@@ -15,7 +15,7 @@ from toponav.worlds.generate._home_style import draw_palettes
 from toponav.worlds.generate._home_walls import place_windows, wall_runs
 from toponav.worlds.scene import Door, GridFrame, Provenance, Room, Scene
 
-__all__ = ["HELD_OUT_SEEDS", "HOME_VERSION", "generate_home"]
+__all__ = ["HELD_OUT_SEEDS", "HOME_VERSION", "generate_home", "home_models"]
 
 HOME_VERSION = "1"
 
@@ -28,7 +28,11 @@ _PLANS, _GOOD_COST = 120, 2.0
 def generate_home(
     seed: int, rooms: int | None = None, furniture: FurnitureLibrary | None = None
 ) -> Scene:
-    """A home: rooms, doors, windows and furniture.
+    """A home: rooms, doors, windows and furniture, with a textured mesh.
+
+    Rooms grow from seeds inside an irregular outline; of many such plans the one with the best
+    shapes, areas and doors is taken. Every room can be reached by a robot 0.36 m wide. The grid
+    says where a robot with a camera mast up to 1.3 m can be, so tables block it as a whole.
 
     Args:
         seed: Any number from 0; the same seed makes the same home, byte for byte.
@@ -37,6 +41,14 @@ def generate_home(
 
     Raises:
         InputError: When the seed is negative or the number of rooms is out of range.
+
+    Reference:
+        Lopes et al. 2010, "A constrained growth method for procedural floor plan generation".
+
+    Example:
+        >>> scene = generate_home(3, rooms=4)
+        >>> len(scene.rooms)
+        4
     """
     if seed < 0:
         raise InputError(
@@ -50,11 +62,30 @@ def generate_home(
             where="home generator",
             remedy=f"give a number of rooms from {FEWEST_ROOMS} to {MOST_ROOMS}",
         )
+    return _build(seed, rooms, furniture)[0]
+
+
+def home_models(
+    seed: int, rooms: int | None = None, furniture: FurnitureLibrary | None = None
+) -> dict[int, tuple[str, str]]:
+    """Furniture class and model of each object in a home, by its instance in the mesh.
+
+    Example:
+        >>> len(home_models(3, rooms=4)) > 20
+        True
+    """
+    return _build(seed, rooms, furniture)[1]
+
+
+def _build(
+    seed: int, rooms: int | None, furniture: FurnitureLibrary | None
+) -> tuple[Scene, dict[int, tuple[str, str]]]:
+    """The home and its models."""
     for attempt in range(40):
         rng = np.random.default_rng([seed, attempt])
         shell = _shell(rng, draw_program(rng, rooms))
         if shell is not None:
-            return _scene(seed, shell, rng, furniture)
+            return _furnished(seed, shell, rng, furniture)
     raise AssertionError(f"no home came of seed {seed}")
 
 
@@ -74,9 +105,9 @@ def _shell(rng: np.random.Generator, specs: tuple[RoomSpec, ...]) -> Shell | Non
     return raise_shell(rng, specs, best[1], best[2], borders(best[1]))
 
 
-def _scene(
+def _furnished(
     seed: int, shell: Shell, rng: np.random.Generator, furniture: FurnitureLibrary | None
-) -> Scene:
+) -> tuple[Scene, dict[int, tuple[str, str]]]:
     """The furnished home of a shell."""
     held_out = seed in HELD_OUT_SEEDS
     canvas = Canvas(shell)
@@ -85,7 +116,7 @@ def _scene(
     palettes = draw_palettes(rng, shell.specs, held_out)
     build_shell(canvas, runs, palettes)
     furnish_home(rng, canvas, runs, palettes, held_out, furniture)
-    return Scene(
+    scene = Scene(
         name=f"home-{seed}",
         grid=GridFrame(CELL_M, (0.0, 0.0), *shell.wall.shape),
         heights_m=canvas.heights_m,
@@ -98,6 +129,7 @@ def _scene(
         imported_mesh=canvas.mesh(),
         attribution=canvas.attribution,
     )
+    return scene, canvas.models
 
 
 def _door(shell: Shell, opening: Opening) -> Door:
