@@ -73,7 +73,8 @@ def room_nodes(
             entrance_of[number, door.rooms[0], door.x_m, door.y_m] = entrance
             if door.rooms[0] in passage_rooms:
                 drawn.entrances.append((door, entrance))
-        x_m, y_m = _room_spot(scene, territory, free, number, doors)
+        main = [door for door in doors if door.rooms[0] in passage_rooms][:1] or doors
+        x_m, y_m = _room_spot(scene, territory, free, number, main)
         drawn.nodes[name] = Node(name, NodeKind.ROOM, x_m, y_m, name)
     for opening in between:
         first, second = opening.rooms
@@ -117,7 +118,7 @@ def _room_spot(
     number: int,
     doors: list[Opening],
 ) -> tuple[float, float]:
-    """A free place of the room just behind its door, or between its doors."""
+    """A free place of the room just behind a door, or between several."""
     wanted = np.array([_ahead(door, _ROOM_M) for door in doors]).mean(axis=0)
     own = scene.room_index == number
     for cells in (own & free.free, own & ~scene.occupied, own, territory == number + 1):

@@ -34,6 +34,7 @@ _BEYOND_M = 0.3
 _NEAR_M = 0.5
 _SHARE_M = 0.6
 """Pairs closer than this along a corridor become one."""
+_LANES = (NodeKind.HALLWAY, NodeKind.OPEN_SPACE)
 _OPEN = (RoomKind.OPEN_SPACE, RoomKind.LOUNGE)
 
 
@@ -258,13 +259,11 @@ def _finished(drawing: _Drawing) -> TopologicalMap:
         parts,
         key=lambda part: (sum(kinds[n] is NodeKind.ROOM for n in part), len(part), min(part)),
     )
-    fringe = {
-        name
-        for name in drawing.nodes
-        if kinds[name] in (NodeKind.HALLWAY, NodeKind.OPEN_SPACE)
-        and (main & set(graph.predecessors(name)) or main & set(graph.successors(name)))
-    }
-    kept = main | fringe
+    lanes = {name for name in drawing.nodes if kinds[name] in _LANES}
+    near = graph.subgraph(lanes | main)
+    inside = min(main)
+    dead_ends = nx.descendants(near, inside) | nx.ancestors(near, inside)
+    kept = main | (dead_ends & lanes)
     nodes = [node for name, node in drawing.nodes.items() if name in kept]
     by_id = {node.id: node for node in nodes}
     edges = tuple(

@@ -60,6 +60,7 @@ def make_app(
         Route("/api/copy", _guarded(pages.save_copy), methods=["POST"]),
         Route("/api/faults", _guarded(pages.faults), methods=["POST"]),
         Route("/api/suggestions", _guarded(pages.suggestions), methods=["POST"]),
+        Route("/api/repair", _guarded(pages.repair), methods=["POST"]),
         Route("/api/plans", _guarded(pages.plans), methods=["POST"]),
         Route("/api/construct", _guarded(pages.construct), methods=["POST"]),
         Route("/api/floor/{theme}", _guarded(pages.floor_image), methods=["GET"]),
@@ -132,6 +133,11 @@ class _Pages:
         edges = ids_of(body.get("edges"), "edges")
         found = await anyio.to_thread.run_sync(self._workshop.suggestions, drawn, edges)
         return JSONResponse({"suggestions": found})
+
+    async def repair(self, request: Request) -> Response:
+        """The map with what needs no decision put right; nothing is written."""
+        drawn = map_of_document((await _body(request)).get("map"), "the page's map")
+        return JSONResponse(await anyio.to_thread.run_sync(self._workshop.repaired, drawn))
 
     async def plans(self, request: Request) -> Response:
         """Plans from one node to another."""

@@ -39,14 +39,16 @@ class MapFile:
 
     Args:
         path: A `*.topo.json`; it need not be there yet.
+        plan: Floor plan that a new map names, relative to its file.
 
     Raises:
         InputError: If it could not be written.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, plan: str | None = None) -> None:
         check_out_file(path, flag="map")
         self.path = path.resolve()
+        self._plan = plan
         self._lock = threading.Lock()
         self._kept_aside = False
 
@@ -63,7 +65,7 @@ class MapFile:
         """
         data = self._data()
         if data is None:
-            return OpenedMap(_empty_document(self.path), "")
+            return OpenedMap(_empty_document(self.path, self._plan), "")
         drawn = map_of_document(parse_json(data, str(self.path)), str(self.path))
         return OpenedMap(map_to_document(drawn), _version(data))
 
@@ -139,12 +141,12 @@ def _version(data: bytes | None) -> str:
     return "" if data is None else hashlib.sha256(data).hexdigest()
 
 
-def _empty_document(path: Path) -> dict[str, Any]:
+def _empty_document(path: Path, plan: str | None) -> dict[str, Any]:
     name = path.name.removesuffix(".json").removesuffix(".topo")[:200]
     return {
         "version": FORMAT_VERSION,
         "name": "".join(letter for letter in name if letter.isprintable()) or "map",
-        "frame": {"name": "map", "plan": None},
+        "frame": {"name": "map", "plan": plan if plan and len(plan) <= 200 else None},
         "nodes": [],
         "edges": [],
     }

@@ -7,6 +7,7 @@ from typing import Any
 
 from toponav.core.errors import InputError
 from toponav.maps.plan import shortest_plans
+from toponav.maps.repair import repair
 from toponav.maps.spec import TopologicalMap, map_to_document
 from toponav.maps.suggest_behaviors import suggest_behavior
 from toponav.maps.validate import Building, validate_document
@@ -64,6 +65,11 @@ class Workshop:
             for edge, better in suggested
             if better is not edge.behavior
         ]
+
+    def repaired(self, drawn: TopologicalMap) -> dict[str, Any]:
+        """The map without the faults that need no decision, and how many those were."""
+        done = repair(drawn, self._building)
+        return {"map": map_to_document(done.topological_map), "fixed": len(done.fixed)}
 
     def plans(self, drawn: TopologicalMap, start: str, goal: str) -> list[dict[str, Any]]:
         """The shortest plans between two nodes, each with its behaviours in order.
