@@ -4,11 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: help demo test check lint types imports spelling format bench train-compact clean
+.PHONY: help demo test test-browser editor check lint types imports spelling format bench train-compact clean
 
 help:
 	@echo "make demo    drive an unseen office by topological map and write a report to look at"
 	@echo "make test    the test suite (all but gpu, ros and browser)"
+	@echo "make test-browser   the map editor's tests, in Chromium"
+	@echo "make editor  bundle the map editor's page again (needs Node 20)"
 	@echo "make check   format, lint, types, imports, spelling"
 	@echo "make bench   frame rates and closed-loop speed, stored under benchmarks/results/"
 	@echo "make train-compact   data set and training of the shipped weights (about an hour)"
@@ -30,6 +32,14 @@ demo: $(VENV)/.core
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist loadfile -m "not gpu and not ros and not browser"
+
+test-browser: $(VENV)/.dev
+	$(BIN)/pytest -q -m browser
+
+editor:
+	npm --prefix editor ci --no-audit --no-fund
+	npm --prefix editor run check
+	npm --prefix editor run build
 
 check: lint types imports spelling
 

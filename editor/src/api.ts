@@ -59,6 +59,8 @@ export const api = {
   suggestions: async (map: MapDocument, edges?: string[]) =>
     (await asked<{ suggestions: Suggestion[] }>("POST", "suggestions", { map, edges: edges ?? null }))
       .suggestions,
+  repair: (map: MapDocument) =>
+    asked<{ map: MapDocument; fixed: number }>("POST", "repair", { map }),
   plans: async (map: MapDocument, start: string, goal: string) =>
     (await asked<{ plans: Plan[] }>("POST", "plans", { map, start, goal })).plans,
   construct: async (map: MapDocument) =>

@@ -16,6 +16,7 @@ export class Checks {
   constructor(private readonly editor: Editor) {
     editor.on(["graph"], () => this.soon.later());
     editor.on(["faults"], () => this.show());
+    byId("repair").addEventListener("click", () => void this.repair());
     void this.check();
   }
 
@@ -37,6 +38,20 @@ export class Checks {
       if (turn === this.asked) this.editor.setFaults(faults);
     } catch {
       if (turn === this.asked) byId("checks-count").textContent = "?";
+    }
+  }
+
+  /** Puts right what needs no decision, as one edit. */
+  private async repair(): Promise<void> {
+    const { editor } = this;
+    const { revision } = editor;
+    try {
+      const { map, fixed } = await api.repair(editor.graph.toDocument());
+      if (revision !== editor.revision) return;
+      editor.do(editor.patchTo(map, "fix faults"));
+      editor.say(`Fixed ${fixed} faults`);
+    } catch (error) {
+      editor.say(`Not fixed: ${(error as Error).message}`);
     }
   }
 
@@ -69,6 +84,9 @@ export class Checks {
     count.textContent = faults.length ? String(faults.length) : "✓";
     count.dataset["state"] = errors ? "error" : faults.length ? "warning" : "fine";
     count.title = `${errors} errors, ${faults.length - errors} warnings`;
+    const fixable = faults.filter((fault) => fault.fixable).length;
+    byId("repair").hidden = fixable === 0;
+    byId("repair").textContent = `Fix ${fixable}`;
     const list = faults.slice(0, MOST_SHOWN).map((fault) =>
       h("li", {}, h(
         "button",

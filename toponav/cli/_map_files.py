@@ -21,6 +21,7 @@ __all__ = [
     "NodeId",
     "area_map",
     "building_of",
+    "building_of_scene",
     "floor_of",
     "is_yaml",
     "load_any_map",
@@ -76,11 +77,15 @@ def load_building(path: Path) -> "Scene":
 
 def building_of(path: Path) -> "Building":
     """What the checks may ask about the building."""
+    return building_of_scene(load_building(path), path)
+
+
+def building_of_scene(scene: "Scene", path: Path) -> "Building":
+    """What the checks may ask about a building that was loaded from a path."""
     from toponav.maps.validate import Building
     from toponav.worlds.free_space import FreeSpace
     from toponav.worlds.load.stanford import AreaFiles
 
-    scene = load_building(path)
     left_out: tuple[str, ...] = ()
     if is_yaml(path):
         left_out = AreaFiles.read(path).invalid_rooms

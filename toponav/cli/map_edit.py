@@ -1,25 +1,27 @@
 """`toponav map edit`: a map in the browser."""
 
+import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import tyro
-
+from toponav.cli._map_files import (
+    MapPath,
+    building_of_scene,
+    is_yaml,
+    load_building,
+    require_map_name,
+)
 from toponav.core.errors import InputError
 
 if TYPE_CHECKING:
     from toponav.maps.editor.map_file import MapFile
     from toponav.maps.editor.serve import Editor
-    from toponav.worlds.scene import Scene
 
 __all__ = ["edit"]
 
-_ROBOT_RADIUS_M = 0.18
-_YAML = (".yaml", ".yml")
-
 
 def edit(
-    map: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="MAP")],
+    map: MapPath,
     scene: Path | None = None,
     area: Path | None = None,
     plan: Path | None = None,
@@ -67,17 +69,14 @@ def _editor(map: Path, scene: Path | None, area: Path | None, plan: Path | None)
             where="--scene, --area, --plan",
             remedy="give one of them",
         )
-    if not map.name.endswith(".json"):
-        raise InputError(
-            f"a map is a JSON file, got '{map.name}'",
-            where=str(map),
-            remedy=f"name it {map.stem or 'map'}.topo.json, or use `toponav map convert` first",
-        )
-    file = MapFile(map)
-    building = given[0] if given else _named_plan(file.open().document, file.path)
-    if building is None:
-        return Editor(file, Workshop())
-    return _over(file, _load_scene(building), building)
+    require_map_name(map)
+    if not given:
+        file = MapFile(map)
+        named = _named_plan(file.open().document, file.path)
+        return Editor(file, Workshop()) if named is None else _over(file, named)
+    plan_yaml = given[0] if is_yaml(given[0]) else given[0] / "map.yaml"
+    relative = os.path.relpath(plan_yaml.absolute(), map.resolve().parent)
+    return _over(MapFile(map, plan=Path(relative).as_posix()), given[0])
 
 
 def _named_plan(document: dict[str, Any], map_path: Path) -> Path | None:
@@ -87,35 +86,15 @@ def _named_plan(document: dict[str, Any], map_path: Path) -> Path | None:
     return plan if plan is not None and plan.is_file() else None
 
 
-def _load_scene(building: Path) -> "Scene":
-    """The scene of a folder, of a floor plan inside of one, of an area, or of a bare ROS map."""
-    from toponav.worlds.load.stanford import load_area
-    from toponav.worlds.storage import load_scene
-
-    if building.suffix.lower() not in _YAML:
-        return load_scene(building)
-    if (building.parent / "scene.json").is_file():
-        return load_scene(building.parent)
-    return load_area(building)
-
-
-def _over(file: "MapFile", scene: "Scene", building: Path) -> "Editor":
+def _over(file: "MapFile", building: Path) -> "Editor":
     """The editor with all that a building adds: its plan, the checks of places, construction."""
     from toponav.maps.construct import map_from_scene
     from toponav.maps.editor.floor import Floor
     from toponav.maps.editor.serve import Editor
     from toponav.maps.editor.work import Workshop
-    from toponav.maps.validate import Building
-    from toponav.worlds.free_space import FreeSpace
-    from toponav.worlds.load.stanford import AreaFiles
 
-    is_area = building.suffix.lower() in _YAML and not (building.parent / "scene.json").is_file()
-    left_out = AreaFiles.read(building).invalid_rooms if is_area else ()
-    has_rooms = bool(scene.rooms)
-    known = Building(
-        rooms={room.name: room.kind for room in scene.rooms} if has_rooms else None,
-        rooms_left_out=frozenset(left_out),
-        room_at=scene.room_at if has_rooms else None,
-        is_free=FreeSpace.of(scene, _ROBOT_RADIUS_M).is_free,
-    )
+    if is_yaml(building) and (building.parent / "scene.json").is_file():
+        building = building.parent
+    scene = load_building(building)
+    known = building_of_scene(scene, building)
     return Editor(file, Workshop(known, lambda: map_from_scene(scene)), Floor.of_scene(scene))

@@ -154,9 +154,19 @@ def test_suggestions_for_edges_that_are_not_there_are_refused(editor, edges):
     assert editor.post("/api/suggestions", json=sent).status == 422
 
 
+def test_repair_fixes_what_needs_no_decision_and_writes_nothing(editor, tmp_path):
+    sent = document(NODES, EDGES)
+    next(edge for edge in sent["edges"] if edge["id"] == "office->office_door")["yaw"] = 0.5
+    said = editor.post("/api/repair", json={"map": sent}).json()
+    assert said["fixed"] == 1
+    assert said["map"] == document(NODES, EDGES)
+    assert load_map(tmp_path / "office.topo.json") == OFFICE
+
+
 def test_plans_give_the_behaviours_in_order(editor):
     sent = {"map": document(NODES, EDGES), "start": "office", "goal": "hall-3"}
-    (plan,) = editor.post("/api/plans", json=sent).json()["plans"]
+    plan, *others = editor.post("/api/plans", json=sent).json()["plans"]
+    assert all(len(other["edges"]) >= len(plan["edges"]) for other in others)
     assert plan["behaviors"] == [
         {"behavior": "find_door", "count": 1},
         {"behavior": "turn_left", "count": 1},

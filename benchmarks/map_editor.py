@@ -1,0 +1,187 @@
+"""Writes benchmarks/results/map_editor.json: frames a second while a large map is edited.
+
+Draws a map of 500 nodes and 1,000 edges in headless Chromium, without a graphics card, and moves
+the pointer once a frame: panning, zooming, dragging one node, and dragging a hundred.
+
+    python benchmarks/map_editor.py
+
+Needs the extra `dev` and Debian's chromium.
+"""
+
+import argparse
+import contextlib
+import os
+import shutil
+import socket
+import tempfile
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import uvicorn
+from playwright.sync_api import Page, sync_playwright
+
+from toponav.core.vocabulary import Behavior, NodeKind
+from toponav.evaluation.benchmarks.record import Benchmark, write_benchmark
+from toponav.maps.editor.app import make_app
+from toponav.maps.editor.floor import Floor
+from toponav.maps.editor.guard import new_token
+from toponav.maps.editor.map_file import MapFile
+from toponav.maps.editor.serve import listen
+from toponav.maps.editor.work import Workshop
+from toponav.maps.spec import Edge, MapFrame, Node, TopologicalMap, edge_along, save_map
+from toponav.worlds.generate.office import generate_office
+
+NODES, EDGES = 500, 1000
+FRAMES = 240
+SEED = 4
+FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+# Moves the pointer in a circle, one step a frame, and times the frames.
+MOVE = """([x, y, radius, frames]) => new Promise((resolve) => {
+  const stage = document.getElementById("stage");
+  const times = [];
+  const step = (time) => {
+    times.push(time);
+    if (times.length > frames) return resolve(times);
+    const angle = (2 * Math.PI * times.length) / 60;
+    stage.dispatchEvent(new PointerEvent("pointermove", {
+      bubbles: true, pointerId: 1, pointerType: "mouse", buttons: 1,
+      clientX: x + radius * Math.sin(angle), clientY: y + radius * (1 - Math.cos(angle)),
+    }));
+    requestAnimationFrame(step);
+  };
+  requestAnimationFrame(step);
+})"""
+ZOOM = """([x, y, frames]) => new Promise((resolve) => {
+  const stage = document.getElementById("stage");
+  const times = [];
+  const step = (time) => {
+    times.push(time);
+    if (times.length > frames) return resolve(times);
+    stage.dispatchEvent(new WheelEvent("wheel", {
+      bubbles: true, cancelable: true, clientX: x, clientY: y,
+      deltaY: times.length % 60 < 30 ? -40 : 40,
+    }));
+    requestAnimationFrame(step);
+  };
+  requestAnimationFrame(step);
+})"""
+
+
+def large_map() -> TopologicalMap:
+    """Two lanes along every line of a lattice, all kinds and behaviours."""
+    rng = np.random.default_rng(SEED)
+    kinds, behaviors = list(NodeKind), list(Behavior)
+    nodes = [
+        Node(
+            f"node-{number}",
+            kinds[int(rng.integers(4))],
+            float(number % 25 + rng.uniform(-0.2, 0.2)),
+            float(number // 25 + rng.uniform(-0.2, 0.2)),
+            f"room-{number}",
+        )
+        for number in range(NODES)
+    ]
+    edges: dict[str, Edge] = {}
+    while len(edges) < EDGES:
+        number = int(rng.integers(NODES))
+        other = number + int(rng.choice([1, -1, 25, -25]))
+        if 0 <= other < NODES and abs(number % 25 - other % 25) <= 1:
+            edge = edge_along(nodes[number], nodes[other], behaviors[int(rng.integers(5))])
+            edges[edge.id] = edge
+    return TopologicalMap("large", MapFrame(), tuple(nodes), tuple(edges.values()))
+
+
+def measure(page: Page) -> dict[str, float]:
+    """Frames a second of each gesture."""
+    found: dict[str, float] = {}
+    box = page.locator("#stage").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def record(name: str, times: list[float]) -> None:
+        steps_ms = np.diff(times[5:])
+        found[f"{name}_fps"] = 1000.0 / float(steps_ms.mean())
+        found[f"{name}_frame_ms_p95"] = float(np.quantile(steps_ms, 0.95))
+
+    for scale, presses in (("all", 0), ("near", 6)):
+        for _ in range(presses):
+            page.keyboard.press("+")
+        page.mouse.move(x, y)
+        page.mouse.down(button="right")
+        record(f"pan_{scale}", page.evaluate(MOVE, [x, y, 160, FRAMES]))
+        page.mouse.up(button="right")
+    page.keyboard.press("Home")
+    record("zoom", page.evaluate(ZOOM, [x, y, FRAMES]))
+    page.keyboard.press("Home")
+    for name, count in (("drag_one_node", 1), ("drag_hundred_nodes", 100)):
+        at = page.locator('[data-node="node-262"]').bounding_box()
+        assert at is not None
+        if count > 1:
+            half = 5.0 * (box["width"] / 27.0)
+            page.mouse.move(at["x"] - half, at["y"] - half)
+            page.mouse.down()
+            page.mouse.move(at["x"] + half, at["y"] + half)
+            page.mouse.up()
+        found[f"{name}_selected"] = float(page.locator(".node.selected").count() or 1)
+        start = at["x"] + at["width"] / 2, at["y"] + at["height"] / 2
+        page.mouse.move(*start)
+        page.mouse.down()
+        record(name, page.evaluate(MOVE, [*start, 40, FRAMES]))
+        page.mouse.up()
+    return found
+
+
+@contextlib.contextmanager
+def served(path: Path, floor: Floor, bound: socket.socket) -> Iterator[str]:
+    """The address of an editor of this map."""
+    port, token = bound.getsockname()[1], new_token()
+    app = make_app(MapFile(path), Workshop(), floor, token=token, port=port)
+    server = uvicorn.Server(uvicorn.Config(app, log_level="error", lifespan="off", ws="none"))
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]}, daemon=True)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{port}/?token={token}"
+    finally:
+        server.should_exit = True
+        thread.join(timeout=10)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results")
+    out: Path = parser.parse_args().out
+    scene = generate_office(SEED)
+    with tempfile.TemporaryDirectory() as folder, listen(0) as bound:
+        path = save_map(large_map(), Path(folder) / "large.topo.json")
+        with served(path, Floor.of_scene(scene), bound) as url, sync_playwright() as driver:
+            browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+            page = browser.new_page(viewport={"width": 1440, "height": 900})
+            page.goto(url)
+            page.wait_for_selector("body[data-ready=true]")
+            page.wait_for_timeout(1500)
+            metrics = measure(page)
+            version = browser.version
+            browser.close()
+    settings: dict[str, Any] = {
+        "building": f"{NODES} nodes, {EDGES} edges over {scene.name}",
+        "browser": f"Chromium {version}, headless, no GPU",
+        "viewport": [1440, 900],
+        "frames": FRAMES,
+        "load_1_minute": round(os.getloadavg()[0], 1),
+    }
+    print(write_benchmark(Benchmark("map_editor", metrics, settings), out))
+
+
+if __name__ == "__main__":
+    main()
