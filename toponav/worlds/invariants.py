@@ -26,6 +26,8 @@ INVARIANTS: tuple[str, ...] = (
 _ROBOT_RADIUS_M = 0.18
 _LEAST_DOOR_M = 0.7
 _LEAST_FLOOR_M2 = 0.15
+_LARGEST_PIECE = 0.8
+_SHARED_M2 = 0.05
 _THROUGH_M = 0.03
 """Furniture this deep in a wall goes through it."""
 
@@ -124,7 +126,11 @@ def _clear_width_m(scene: Scene, door: Door) -> float:
 
 
 def _shared_floor(scene: Scene) -> list[Fault]:
-    """Rooms whose floor is in several pieces, missing, or overlaps another's outline."""
+    """Rooms without floor, rooms in several pieces, and outlines that overlap.
+
+    A cell holds one room number, so cells cannot be shared. Hallways cross each other, which
+    may cut one in two; only actual rooms must be one piece and have outlines of their own.
+    """
     faults = []
     for number, room in enumerate(scene.rooms):
         mask = scene.room_index == number
@@ -132,11 +138,28 @@ def _shared_floor(scene: Scene) -> list[Fault]:
             faults.append(Fault("rooms_disjoint", room.name, "it has no floor"))
             continue
         sizes = np.bincount(ndimage.label(mask, np.ones((3, 3)))[0].ravel())[1:]
-        if len(sizes) > 1 and sizes.max() < 0.8 * sizes.sum():
-            what = (
-                f"its floor is in {len(sizes)} pieces, the largest {sizes.max() / sizes.sum():.0%}"
-            )
+        share = float(sizes.max() / sizes.sum())
+        if room.kind.is_enclosed and share < _LARGEST_PIECE:
+            what = f"its floor is in {len(sizes)} pieces, the largest {share:.0%}"
             faults.append(Fault("rooms_disjoint", room.name, what))
+    return faults + _shared_outlines(scene)
+
+
+def _shared_outlines(scene: Scene) -> list[Fault]:
+    """Pairs of actual rooms whose outlines overlap."""
+    from shapely.geometry import Polygon
+
+    outlines = [
+        (room.name, Polygon(room.polygon_m))
+        for room in scene.rooms
+        if room.polygon_m is not None and room.kind.is_enclosed
+    ]
+    faults = []
+    for number, (name, outline) in enumerate(outlines):
+        for other, second in outlines[number + 1 :]:
+            shared_m2 = outline.intersection(second).area
+            if shared_m2 > _SHARED_M2:
+                faults.append(Fault("rooms_disjoint", name, f"{shared_m2:.2f} m2 lie in {other}"))
     return faults
 
 
