@@ -17,12 +17,14 @@ from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterCon
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
 from toponav.models.graphnav.metric.steering import SteeringNetwork, steering_features
 from toponav.models.graphnav.preprocess import frame_reducer
+from toponav.navigation.graphnav.avoidance import AvoidanceConfig, CollisionAvoidance
 from toponav.navigation.graphnav.depth_guard import DepthGuard
 from toponav.navigation.graphnav.node_belief import NodeBelief
 
 __all__ = ["MetricGraphNavAgent", "load_metric_agent"]
 
 _STOP: Final = Velocity(0.0, 0.0)
+_AVOIDANCE: Final = AvoidanceConfig()
 _BACK_M, _AHEAD_M, _NEAR_M = 1.0, 2.5, 1.0
 _SURE_STD: Final = np.array([0.06, 0.05, 0.03])
 
@@ -41,6 +43,7 @@ class MetricGraphNavAgent:
         camera: The camera that the robot carries.
         filter_config: Noise of the filter; None takes each correction whole (GraphNav
             without its particle filter).
+        avoidance: How far to stay from obstacles; None drives as the network says.
     """
 
     def __init__(
@@ -49,6 +52,7 @@ class MetricGraphNavAgent:
         steering: SteeringNetwork,
         camera: PinholeCamera,
         filter_config: PoseFilterConfig | None,
+        avoidance: AvoidanceConfig | None = _AVOIDANCE,
     ) -> None:
         self._pose_network, self._steering = pose_network.eval(), steering.eval()
         self._filter_config = filter_config
@@ -56,6 +60,9 @@ class MetricGraphNavAgent:
         self._reduce = frame_reducer(camera, config)
         self._guard = DepthGuard(camera)
         self._local_map = LocalMap(config.image, config.local_map)
+        self._avoidance = (
+            None if avoidance is None else CollisionAvoidance(config.image, avoidance)
+        )
         cells = config.local_map.view_cells
         self._picture = np.empty((MAP_CHANNELS, cells, cells), np.float32)
         self._task: NavigationTask | None = None
@@ -74,6 +81,8 @@ class MetricGraphNavAgent:
         yaw_rad = task.map.edge(task.plan.edges[0]).yaw_rad
         self._filter = PoseFilter(np.array([[start.x_m, start.y_m, yaw_rad]]), self._filter_config)
         self._local_map.clear()
+        if self._avoidance is not None:
+            self._avoidance.clear()
         self._guard.reset()
         self._progress_m = 0.0
         self._commands = np.zeros((2, 2))
@@ -97,6 +106,8 @@ class MetricGraphNavAgent:
         step = self._steering.config.odometry.step(*self._commands)
         if not self._is_first:
             self._local_map.advance(step)
+            if self._avoidance is not None:
+                self._avoidance.advance(step)
             self._filter.predict(step[None])
         self._is_first = False
         self._commands = np.stack([np.zeros(2), self._commands[0]])
@@ -104,6 +115,8 @@ class MetricGraphNavAgent:
             return self._stop(because)
         profile = self._reduce(observation.depth_m)
         self._local_map.insert(profile)
+        if self._avoidance is not None:
+            self._avoidance.insert(profile)
         self._locate()
         return self._drive(profile)
 
@@ -163,6 +176,9 @@ class MetricGraphNavAgent:
         if not (math.isfinite(speed) and math.isfinite(turn)):
             return self._stop("the steering network gave a velocity that is not finite")
         command = config.limits.clip(Velocity(speed, turn))
+        if self._avoidance is not None:
+            drift_m = config.odometry.step(np.zeros(2), self._commands[1])[0]
+            command = config.limits.clip(self._avoidance.checked(command, float(drift_m)))
         self._turn_rad_s = velocity[:, 1]
         self._commands[0] = command.linear_m_s, command.angular_rad_s
         self._belief = self._nodes.belief(believed, at, self._filter.std_in_robot[0])
