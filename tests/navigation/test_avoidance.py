@@ -53,7 +53,8 @@ def test_robot_stops_before_a_wall(avoidance):
 def test_post_beside_the_way_bends_it(avoidance):
     avoidance.insert(profile_of(0.35, left=0.75, right=0.4))
     checked = avoidance.checked(AHEAD)
-    assert checked.angular_rad_s < 0.0 and checked.linear_m_s > 0.2
+    assert checked.angular_rad_s < 0.0
+    assert checked.linear_m_s > 0.2
 
 
 def test_what_left_the_view_is_remembered(avoidance):
@@ -77,6 +78,18 @@ def test_turning_and_backing_are_never_changed(avoidance):
     avoidance.insert(profile_of(0.2))
     for command in (Velocity(0.0, 1.0), Velocity(-0.1, 0.2)):
         assert avoidance.checked(command) == command
+
+
+def test_robot_that_stands_blocked_turns_to_one_side(avoidance):
+    turned = []
+    for step in range(20):
+        avoidance.insert(profile_of(0.19))
+        checked = avoidance.checked(Velocity(0.3, 0.2 if step % 2 else -0.2))
+        turned.append(checked.angular_rad_s)
+        assert checked.linear_m_s < 0.05
+    assert len({np.sign(turn) for turn in turned[:7]}) == 2
+    assert len(set(turned[8:])) == 1
+    assert abs(turned[-1]) > 0.5
 
 
 def test_settings_must_be_positive():

@@ -17,6 +17,8 @@ __all__ = ["AvoidanceConfig", "CollisionAvoidance"]
 
 _SHARES: Final = np.array([1.0, 0.75, 0.5, 0.3, 0.15, 0.0])
 _TURNS: Final = np.array([0.0, 0.15, -0.15, 0.3, -0.3, 0.5, -0.5, 0.8, -0.8])
+_STANDING_M_S: Final = 0.04
+_TURN_AWAY_RAD_S: Final = 0.7
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,8 @@ class AvoidanceConfig:
     """Frames whose obstacles are remembered: what is beside the robot is out of its sight."""
     reach_m: float = 1.2
     """Obstacles farther away than this are not remembered."""
+    patience: int = 8
+    """Steps that a robot stands blocked before it turns away."""
     slowing: float = 1.0
     """How dear it is to lose all speed."""
     turning: float = 0.8
@@ -62,10 +66,12 @@ class CollisionAvoidance:
         self._scale = image.max_depth_m / FARTHEST
         self._tangent = np.tan(bin_azimuths_rad(image).astype(np.float64))
         self._frames: list[np.ndarray] = []
+        self._blocked, self._turn_side = 0, 0.0
 
     def clear(self) -> None:
         """Forget everything: an episode begins."""
         self._frames.clear()
+        self._blocked, self._turn_side = 0, 0.0
 
     def advance(self, step: Float[np.ndarray, " 3"]) -> None:
         """The robot moved by this: metres forward and left, radians turned."""
@@ -95,11 +101,34 @@ class CollisionAvoidance:
             command.linear_m_s,
             command.angular_rad_s,
             drift_m,
-            config.radius_m + config.margin_m,
+            config.radius_m,
+            config.margin_m,
             config.horizon_s,
             _SHARES,
             _TURNS,
             config.slowing,
             config.turning,
         )
-        return Velocity(float(linear), float(angular))
+        return self._unblocked(Velocity(float(linear), float(angular)))
+
+    def _unblocked(self, command: Velocity) -> Velocity:
+        """Turn on to one side where the way has been blocked for a while.
+
+        A network that would drive on, now to one side of an obstacle and now to the other, would
+        stand before it for ever.
+        """
+        config = self.config
+        if command.linear_m_s > _STANDING_M_S:
+            self._blocked, self._turn_side = 0, 0.0
+            return command
+        self._blocked += 1
+        if self._blocked < config.patience:
+            return command
+        if self._turn_side == 0.0:
+            self._turn_side = 1.0 if self._is_left_open() else -1.0
+        return Velocity(0.0, self._turn_side * _TURN_AWAY_RAD_S)
+
+    def _is_left_open(self) -> bool:
+        """Whether more of what lies near is to the right."""
+        points = np.concatenate(self._frames)
+        return bool((points[:, 1] > 0.0).sum() <= (points[:, 1] < 0.0).sum())

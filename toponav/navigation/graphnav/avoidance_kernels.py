@@ -21,12 +21,20 @@ def carry(points: np.ndarray, step: np.ndarray) -> None:
 
 
 @njit(cache=True)
-def _clearance(points: np.ndarray, v: float, w: float, drift_m: float, horizon_s: float) -> float:
-    """The least distance that the robot's middle keeps from the points while driving an arc.
+def _is_clear(
+    points: np.ndarray,
+    v: float,
+    w: float,
+    drift_m: float,
+    horizon_s: float,
+    radius_m: float,
+    margin_m: float,
+) -> bool:
+    """Whether driving an arc keeps the robot clear of the points.
 
-    Points that it does not come nearer to do not count: a robot may always leave a wall.
+    Points that it does not come nearer to do not count: a robot may always leave a wall. From
+    one that is nearer than the margin already it may not come nearer by more than a centimetre.
     """
-    least = 1e9
     steps = 4
     for k in range(1, steps + 1):
         t = horizon_s * k / steps
@@ -38,9 +46,12 @@ def _clearance(points: np.ndarray, v: float, w: float, drift_m: float, horizon_s
             px, py = points[i, 0], points[i, 1]
             before = px * px + py * py
             after = (px - x) ** 2 + (py - y) ** 2
-            if after < before - 1e-6 and after < least:
-                least = after
-    return math.sqrt(least)
+            if after >= before - 1e-6:
+                continue
+            limit = min(radius_m + margin_m, max(radius_m, math.sqrt(before) - 0.01))
+            if after < limit * limit:
+                return False
+    return True
 
 
 @njit(cache=True)
@@ -50,6 +61,7 @@ def safest(
     w: float,
     drift_m: float,
     radius_m: float,
+    margin_m: float,
     horizon_s: float,
     shares: np.ndarray,
     turns: np.ndarray,
@@ -68,8 +80,8 @@ def safest(
             if cost >= best_cost:
                 continue
             speed = v * shares[i]
-            if speed <= 0.0 or (
-                _clearance(points, speed, w + turns[j], drift_m, horizon_s) > radius_m
+            if speed <= 0.0 or _is_clear(
+                points, speed, w + turns[j], drift_m, horizon_s, radius_m, margin_m
             ):
                 best_v, best_w, best_cost = speed, w + turns[j], cost
     return best_v, best_w
