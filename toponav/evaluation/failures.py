@@ -172,8 +172,8 @@ def _draw_legend(ax: "Axes", used: set[tuple[Outcome, Behavior]]) -> None:
         if any(behavior is one for _, one in used)
     ]
     handles += [
-        Line2D([], [], color=_share_color(share), lw=3.0, label=f"{share:.0%} of attempts ended")
-        for share in (0.0, 0.5)
+        Line2D([], [], color=_share_color(share), lw=3.0, label=label)
+        for share, label in ((0.0, "no run ended"), (0.25, "a quarter"), (0.5, "half or more"))
     ]
     ax.legend(
         handles=handles,

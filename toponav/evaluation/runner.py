@@ -38,7 +38,7 @@ from toponav.evaluation.records import (
 from toponav.evaluation.suite import Suite, SuiteSource, load_suite
 from toponav.evaluation.worker import EpisodeWorker, RunSettings
 
-__all__ = ["Evaluation", "EvaluationConfig", "Progress", "evaluate", "use_one_thread"]
+__all__ = ["Evaluation", "EvaluationConfig", "Progress", "evaluate", "part_of", "use_one_thread"]
 
 Progress = Callable[[int, int], None]
 """Told how many episodes are done, and of how many."""
@@ -141,6 +141,11 @@ def evaluate(config: EvaluationConfig, progress: Progress | None = None) -> Eval
     for count, _ in enumerate(_run_jobs(config, worker, pending, keys), start=len(done) + 1):
         report(count, len(jobs))
     return _finish(config, worker, jobs, keys, len(done))
+
+
+def part_of(out: Path, agent: str, index: int) -> Path:
+    """The file of one finished episode, by the agent's label, in a folder of results."""
+    return _part(out, (agent, index))
 
 
 def _part(out: Path, job: _Job) -> Path:

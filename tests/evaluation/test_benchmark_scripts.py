@@ -1,0 +1,92 @@
+"""The scripts under benchmarks/ that make the project's tables."""
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def script(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, ROOT / "benchmarks" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+ABLATIONS = script("graphnav_ablations")
+AREAS = script("graphnav_areas")
+
+
+def write(path: Path, content: Any) -> Path:
+    path.write_text(json.dumps(content))
+    return path
+
+
+def test_variants_drive_the_same_plans_and_are_compared_pair_by_pair(tmp_path: Path) -> None:
+    variants = [
+        {"name": "dreams", "agent": "tests.evaluation.stand_ins:daydreamer"},
+        {"name": "stands", "agent": "tests.evaluation.stand_ins:spinner", "note": "never moves"},
+    ]
+    words = [str(write(tmp_path / "v.json", variants)), "--buildings", "1", "--episodes", "1"]
+    words += ["--workers", "1", "--out", str(tmp_path), "--runs", str(tmp_path / "runs")]
+    assert ABLATIONS.main(words) == 0
+    document = json.loads((tmp_path / "graphnav_ablations.json").read_text())
+    dreams, stands = document["variants"]
+    assert stands["tolerant"]["success_rate"] == 0.0
+    assert stands["tolerant"]["outcomes"]["stuck"] == 1
+    assert dreams["tolerant"]["success_rate"] == document["expert"]["tolerant"]["success_rate"]
+    assert "difference" not in dreams["strict"]
+    assert stands["tolerant"]["difference"] == -dreams["tolerant"]["success_rate"]
+    assert document["metrics"]["stands_strict_success"] == 0.0
+    table = (tmp_path / "graphnav_ablations.md").read_text()
+    assert "| stands: never moves | 0.0 /" in table
+    assert "offices-val (seeds 1000 to 1000)" in table
+
+
+@pytest.mark.parametrize(
+    ("variants", "said"),
+    [
+        ({}, "variants are a list"),
+        ([{"name": "a", "agent": "graphnva"}], "did you mean 'graphnav'"),
+        ([{"name": "a"}], "needs a name of its own and an agent"),
+        ([{"name": "a", "agent": "gtl", "wieghts": "b"}], "did you mean 'weights'"),
+    ],
+)
+def test_broken_variants_are_refused(
+    tmp_path: Path, variants: Any, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ABLATIONS.main([str(write(tmp_path / "v.json", variants))]) == 1
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("suite", ["offices-test", "area_3"])
+def test_ablations_never_see_test_buildings(
+    tmp_path: Path, suite: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    variants = write(tmp_path / "v.json", [{"name": "a", "agent": "expert"}])
+    assert ABLATIONS.main([str(variants), "--suite", suite]) == 1
+    assert "validation buildings" in capsys.readouterr().err
+
+
+def test_the_paired_interval_is_narrower_where_variants_agree() -> None:
+    rng = np.random.default_rng(0)
+    here = (rng.random(200) < 0.7).astype(float)
+    same, other = here.copy(), rng.permutation(here)
+    same[:4] = 1.0 - same[:4]
+    close, wide = (ABLATIONS.paired_interval(here, there) for there in (same, other))
+    assert close[0] < (here - same).mean() < close[1]
+    assert close[1] - close[0] < wide[1] - wide[0]
+
+
+def test_chosen_weights_keep_the_plain_name() -> None:
+    assert AREAS.chosen("gtl", "runs/best", None) == "gtl,weights=runs/best,label=gtl"
+    assert AREAS.chosen("phasenet", "runs/best", "b") == "phasenet,weights=b,label=phasenet"
+    assert AREAS.chosen("expert", "runs/best", "b") == "expert"
