@@ -306,7 +306,7 @@ def _jambs(
     row0, col0 = np.maximum(middle - reach, 0)
     solid = width_m[row0 : middle[0] + reach + 1, col0 : middle[1] + reach + 1] <= 0
     solid = np.pad(solid, 1, constant_values=True)
-    spread = np.arange(-2, 3, 2)
+    spread = np.arange(-2, 3)
     near = (middle - (row0, col0) + 1) + np.stack(np.meshgrid(spread, spread), -1).reshape(-1, 2)
     near = near[((near >= 0) & (near < solid.shape)).all(axis=1)]
     near = near[~solid[near[:, 0], near[:, 1]]] + 0.5

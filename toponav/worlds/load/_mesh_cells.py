@@ -147,7 +147,7 @@ def classify_faces(
     if known.all():
         return mesh
     semantic, instance = mesh.face_semantic.copy(), mesh.face_instance.copy()
-    walls = ndimage.binary_dilation(structure, _EIGHT, iterations=2)
+    walls = ndimage.binary_dilation(structure, _EIGHT)
     things, _ = ndimage.label(ndimage.binary_dilation(blocked & ~structure, _EIGHT), _EIGHT)
     first_free = int(instance.max(initial=0)) + 1
     unknown = np.flatnonzero(~known)

@@ -87,9 +87,9 @@ def rooms_from_walls(
     labels = np.where(free, found.room_index, -1)
     area_m2 = np.bincount(labels[labels >= 0], minlength=found.rooms) * grid.resolution_m**2
     keep = area_m2 >= _LEAST_ROOM_M2
-    edge = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
-    outdoors = np.zeros(len(keep), bool)
-    outdoors[np.unique(edge[edge >= 0])] = True
+    outdoors = np.ones(len(keep), bool)
+    for edge in (labels[:3], labels[-3:], labels[:, :3], labels[:, -3:]):
+        outdoors &= np.isin(np.arange(len(keep)), edge)
     if (outdoors & keep).any() and area_m2[keep & ~outdoors].sum() > 0.2 * area_m2.sum():
         notes.add("ground around the building left out of the rooms")
         keep &= ~outdoors

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32, UInt64
+from scipy import ndimage
 
 from toponav.core.errors import InputError
 from toponav.worlds.grid import GridFrame
@@ -17,7 +18,7 @@ LAYER_M, BOTTOM_M = 0.05, -0.15
 _STEP_M = 0.06
 """What is lower can be driven over: thresholds, rugs, the noise of a scan."""
 _ROBOT_M, _HEAD_M, _FLOOR_M = 0.45, 1.8, 0.11
-_PEAK_M = 0.05
+_PEAK_M, _WINDOW, _SLAB_BINS = 0.01, 5, 21
 _COARSE_CELLS = 400_000
 _LEVELS = 12
 
@@ -157,23 +158,21 @@ def _levels(area: Float[np.ndarray, " flat"], height: Float[np.ndarray, " flat"]
     lowest = float(height.min())
     bins = np.floor((height - lowest) / _PEAK_M).astype(np.int64)
     # A file in the wrong unit has heights without end; coarse bins will do for it.
-    if bins.max() > 1_000_000:
-        bins = np.floor(bins * (1_000_000 / bins.max())).astype(np.int64)
-    total = np.bincount(bins, weights=area)
-    moment = np.bincount(bins, weights=area * height)
-    # Two bins together: a floor may lie on the line between them.
-    pair, pair_moment = total.copy(), moment.copy()
-    pair[:-1] += total[1:]
-    pair_moment[:-1] += moment[1:]
+    if bins.max() > 5_000_000:
+        bins = np.floor(bins * (5_000_000 / bins.max())).astype(np.int64)
+    window = np.ones(_WINDOW)
+    total = np.convolve(np.bincount(bins, weights=area), window, "same")
+    moment = np.convolve(np.bincount(bins, weights=area * height), window, "same")
+    is_peak = (total >= ndimage.maximum_filter1d(total, 2 * _WINDOW + 1)) & (total > 0)
     found: list[float] = []
-    for place in np.argsort(-pair, kind="stable").tolist():
-        if pair[place] < 0.1 * pair.max() or len(found) >= _LEVELS:
+    for place in np.flatnonzero(is_peak)[np.argsort(-total[is_peak], kind="stable")].tolist():
+        if total[place] < 0.1 * total.max() or len(found) >= _LEVELS:
             break
         # Of a slab's two sides, or of floor and ground below it, the upper one is stood on.
-        above = np.arange(place + 2, min(place + 7, len(pair)))
-        above = above[pair[above] >= 0.5 * pair[place]]
-        upper = int(above[-1]) if len(above) else place
-        level = float(pair_moment[upper] / pair[upper])
+        above = np.arange(place, min(place + _SLAB_BINS, len(total)))
+        above = above[is_peak[above] & (total[above] >= 0.5 * total[place])]
+        upper = int(above[-1])
+        level = float(moment[upper] / total[upper])
         if all(abs(level - other) > 0.3 for other in found):
             found.append(level)
     return sorted(found)

@@ -102,6 +102,10 @@ class ZipFiles:
         return list(self._size_of)
 
     @cached_property
+    def _archive(self) -> zipfile.ZipFile:
+        return zipfile.ZipFile(self.path)
+
+    @cached_property
     def _by_lower_case(self) -> dict[str, str]:
         return {name.lower(): name for name in reversed(self._size_of)}
 
@@ -136,7 +140,7 @@ class ZipFiles:
                 remedy="check where the archive came from",
             )
         try:
-            with zipfile.ZipFile(self.path) as archive, archive.open(entry) as stream:
+            with self._archive.open(entry) as stream:
                 data = stream.read(size + 1)
         except Exception as error:  # Damaged, encrypted, or of an unknown compression.
             raise InputError(
