@@ -13,6 +13,7 @@ from toponav.maps.spec import TopologicalMap
 from toponav.maps.task import NavigationTask
 
 if TYPE_CHECKING:
+    from toponav.navigation.graphnav.metric_agent import MetricGraphNavAgent
     from toponav.worlds.scene import Scene
 
 __all__ = [
@@ -218,31 +219,38 @@ def _is_metric(weights: str | None) -> bool:
 
 
 def _metric_graphnav(context: AgentContext) -> Agent[NavigationTask]:
-    from toponav.navigation.graphnav.metric_agent import load_metric_agent
-
-    agent: Agent[NavigationTask] = load_metric_agent(
-        context.weights, pose_filter=False, camera=context.camera
-    )
-    return agent
+    return _metric_agent(context, pose_filter=False)
 
 
 def _metric_graphnav_pf(context: AgentContext) -> Agent[NavigationTask]:
-    from toponav.navigation.graphnav.metric_agent import load_metric_agent
-
-    agent: Agent[NavigationTask] = load_metric_agent(
-        context.weights, pose_filter=True, camera=context.camera
-    )
-    return agent
+    return _metric_agent(context, pose_filter=True)
 
 
 def _metric_gtl(context: AgentContext) -> Agent[NavigationTask]:
     from toponav.evaluation.true_pose import TruePoseAgent
+
+    return TruePoseAgent(_metric_agent(context, pose_filter=True))
+
+
+def _metric_agent(context: AgentContext, *, pose_filter: bool) -> "MetricGraphNavAgent":
     from toponav.navigation.graphnav.metric_agent import load_metric_agent
 
-    return TruePoseAgent(
-        load_metric_agent(context.weights, pose_filter=True, camera=context.camera)
+    told = context.options.get("avoidance", "on")
+    if told not in ("on", "off"):
+        raise InputError(
+            f"avoidance is on or off, got '{told}'",
+            where="--agent",
+            remedy="write for instance graphnav_pf=best,avoidance=off",
+        )
+    return load_metric_agent(
+        context.weights,
+        pose_filter=pose_filter,
+        camera=context.camera,
+        avoids_collisions=told == "on",
     )
 
+
+_METRIC_OPTIONS = frozenset({"avoidance"})
 
 METRIC_FAMILY = WeightsFamily(
     "metric",
@@ -296,9 +304,9 @@ def _expert(context: AgentContext) -> ExpertAgent:
 AGENTS: Mapping[str, AgentSpec] = {
     "phasenet": AgentSpec("PhaseNet", _phasenet),
     "behavrnn": AgentSpec("BehavRNN", _behavrnn),
-    "graphnav": AgentSpec("GraphNav", _by_family("graphnav")),
-    "graphnav_pf": AgentSpec("GraphNavPF", _by_family("graphnav_pf")),
-    "gtl": AgentSpec("GTL", _by_family("gtl"), is_privileged=True),
+    "graphnav": AgentSpec("GraphNav", _by_family("graphnav"), options=_METRIC_OPTIONS),
+    "graphnav_pf": AgentSpec("GraphNavPF", _by_family("graphnav_pf"), options=_METRIC_OPTIONS),
+    "gtl": AgentSpec("GTL", _by_family("gtl"), is_privileged=True, options=_METRIC_OPTIONS),
     "expert": AgentSpec("Expert", _expert, is_learned=False, is_privileged=True),
     "teacher_forced": AgentSpec(
         "Teacher forced", _by_family("teacher_forced"), is_privileged=True, is_probe=True

@@ -193,7 +193,11 @@ class MetricGraphNavAgent:
 
 
 def load_metric_agent(
-    weights: str | None, *, pose_filter: bool, camera: PinholeCamera
+    weights: str | None,
+    *,
+    pose_filter: bool,
+    camera: PinholeCamera,
+    avoids_collisions: bool = True,
 ) -> MetricGraphNavAgent:
     """GraphNav with a pose belief, with the networks of a folder or of a shipped preset.
 
@@ -201,10 +205,12 @@ def load_metric_agent(
         weights: A folder of checkpoints, the name of a shipped preset, or None for `best`.
         pose_filter: Whether to filter the belief (GraphNavPF).
         camera: The camera that the robot carries.
+        avoids_collisions: Whether commands are kept clear of what the robot has seen.
 
     Raises:
         InputError: The weights cannot be read, or the camera does not suit them.
     """
     loaded = load_metric_weights(weights or "best")
     config = PoseFilterConfig() if pose_filter else None
-    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config)
+    avoidance = _AVOIDANCE if avoids_collisions else None
+    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config, avoidance)
