@@ -18,6 +18,9 @@ def test_imported_area_can_be_shown(tmp_path, capsys):
     assert main(["scene", "show", str(scene), "--out", str(plan), "--views", "1"]) == 0
     assert plan.stat().st_size > 10_000
     assert "conference_room" in capsys.readouterr().out
+    page = tmp_path / "scene.html"
+    assert main(["scene", "show", str(scene), "--web", "--out", str(page)]) == 0
+    assert "conference_room" in page.read_text("utf-8")
 
 
 def test_generated_office_is_a_pure_function_of_its_seed(tmp_path, capsys):
@@ -42,6 +45,7 @@ def test_generated_office_is_a_pure_function_of_its_seed(tmp_path, capsys):
         (["generate", "home", "--rooms", "12", "--out", "o"], "a home has 2 to 9 rooms"),
         (["show", "nowhere"], "cannot be read"),
         (["show", "nowhere", "--out", "plan.gif"], "must be PNG, PDF or SVG"),
+        (["show", "nowhere", "--web", "--out", "plan.png"], "the page must be HTML"),
         (["show", "nowhere", "--views", "99"], "views must lie in 0..24"),
     ],
 )

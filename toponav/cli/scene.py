@@ -1,5 +1,6 @@
 """`toponav scene`: make, import and look at buildings."""
 
+import dataclasses
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -12,9 +13,6 @@ from toponav.core.errors import InputError
 from toponav.core.files import check_out_file, check_out_folder
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from toponav.core.geometry import Pose2
     from toponav.worlds.scene import Scene
 
 __all__ = [
@@ -100,118 +98,63 @@ def show_scene(
     scene: Annotated[Path, tyro.conf.Positional],
     out: Path | None = None,
     views: int = 4,
+    web: bool = False,
     as_json: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> int:
-    """Describe a scene and draw its floor plan with some depth views.
+    """Describe a scene and draw its floor plan, colour views and a panorama; or turn it in 3-D.
 
     Example: toponav scene show scenes/area_3 --out area_3.png
 
     Args:
         scene: Folder of the scene, or the yaml of a Stanford area or ROS map.
-        out: Image to write, PNG, PDF or SVG; default `plan.png` in the current folder.
-        views: How many depth views to draw beside the plan.
+        out: Image to write, PNG, PDF or SVG; default `plan.png` in the current folder. With
+            `--web` an HTML page; where none is named the page opens in the browser.
+        views: How many views to draw below the plan.
+        web: Write one web page that holds the scene as a 3-D model, to turn and walk around.
         as_json: Print the description as JSON.
     """
-    import matplotlib
-
-    from toponav.cli._figures import save_figure
     from toponav.worlds.load.stanford import load_area
     from toponav.worlds.storage import load_scene
 
     if not 0 <= views <= 24:
         raise InputError(f"views must lie in 0..24, got {views}", where="--views", remedy="use 4")
-    target = out or Path("plan.png")
-    if target.suffix.lower() not in (".png", ".pdf", ".svg"):
+    target = out or Path("scene.html" if web else "plan.png")
+    endings = (".html", ".htm") if web else (".png", ".pdf", ".svg")
+    if target.suffix.lower() not in endings:
+        what = "the page must be HTML" if web else "the image must be PNG, PDF or SVG"
         raise InputError(
-            f"the image must be PNG, PDF or SVG, got '{target.suffix}'",
+            f"{what}, got '{target.suffix}'",
             where="--out",
-            remedy="name a file such as plan.png",
+            remedy=f"name a file such as {'scene.html' if web else 'plan.png'}",
         )
     check_out_file(target)
     building = load_area(scene) if scene.suffix in (".yaml", ".yml") else load_scene(scene)
-    with matplotlib.rc_context({"svg.fonttype": "none"}):
-        figure = _figure(building, views)
-        save_figure(figure, target, dpi=150, bbox_inches="tight")
+    if web:
+        _write_page(building, target, show=out is None)
+    else:
+        _write_figure(building, target, views)
     return _report(building, target, as_json)
 
 
-def _figure(scene: "Scene", views: int) -> "Figure":
-    """The plan, and below it depth images from where the plan shows arrows."""
-    from matplotlib.figure import Figure
+def _write_figure(scene: "Scene", target: Path, views: int) -> None:
+    import matplotlib
 
-    from toponav.core.camera import PinholeCamera
-    from toponav.sim.render.make import make_renderer
-    from toponav.worlds.draw import draw_plan
+    from toponav.cli._figures import save_figure
+    from toponav.cli._scene_figure import scene_figure
 
-    poses = _view_poses(scene, views)
-    heights = [min(9.0 * scene.grid.rows / scene.grid.cols, 14.0), 2.2][: 2 if poses else 1]
-    figure = Figure(figsize=(9.0, sum(heights)), layout="constrained")
-    grid = figure.add_gridspec(len(heights), max(len(poses), 1), height_ratios=heights)
-    plan = figure.add_subplot(grid[0, :])
-    draw_plan(plan, scene)
-    plan.set_title(scene.name)
-    camera = PinholeCamera()
-    renderer = make_renderer(scene, camera) if poses else None
-    for number, pose in enumerate(poses):
-        plan.annotate(
-            f"{number + 1}",
-            (pose.x_m, pose.y_m),
-            color="#b03020",
-            fontsize=8,
-            ha="center",
-            va="center",
-            bbox={"boxstyle": "circle,pad=0.15", "fc": "white", "ec": "#b03020", "lw": 0.8},
-        )
-        ahead = pose.compose(pose._replace(x_m=1.2, y_m=0.0, yaw_rad=0.0))
-        plan.annotate(
-            "",
-            (ahead.x_m, ahead.y_m),
-            (pose.x_m, pose.y_m),
-            arrowprops={"arrowstyle": "->", "color": "#b03020"},
-        )
-        assert renderer is not None
-        image = figure.add_subplot(grid[1, number])
-        image.imshow(renderer.render(pose), cmap="viridis_r", vmin=0, vmax=camera.max_depth_m)
-        image.set_title(f"{number + 1}: {scene.room_at(pose.x_m, pose.y_m) or ''}", fontsize=7)
-        image.set_axis_off()
-    return figure
+    with matplotlib.rc_context({"svg.fonttype": "none"}):
+        save_figure(scene_figure(scene, views), target, dpi=150, bbox_inches="tight")
 
 
-def _view_poses(scene: "Scene", views: int) -> list["Pose2"]:
-    """Poses in rooms spread over the scene, each looking where it is most open."""
-    import math
+def _write_page(scene: "Scene", target: Path, show: bool) -> None:
+    from toponav.core.files import write_atomically
+    from toponav.worlds.web_page import scene_page
 
-    import numpy as np
+    write_atomically(target, scene_page(scene))
+    if show:
+        import webbrowser
 
-    from toponav.core.geometry import Pose2
-    from toponav.worlds.draw import room_anchors_m
-    from toponav.worlds.free_space import FreeSpace
-
-    anchors = [
-        tuple(anchor) for anchor in room_anchors_m(scene).tolist() if anchor[0] == anchor[0]
-    ]
-    chosen = [
-        anchors[i] for i in np.linspace(0, len(anchors) - 1, min(views, len(anchors)), dtype=int)
-    ]
-    space = FreeSpace.of(scene, 0.2)
-    poses = []
-    for x_m, y_m in chosen:
-        try:
-            x_m, y_m = scene.grid.center_of(*space.nearest_free(x_m, y_m, within_m=3.0))
-        except InputError:
-            continue
-
-        def open_m(yaw_rad: float, x_m: float = x_m, y_m: float = y_m) -> float:
-            steps_m = np.arange(0.0, 6.0, 0.1)
-            for step_m in steps_m:
-                point = x_m + step_m * math.cos(yaw_rad), y_m + step_m * math.sin(yaw_rad)
-                if not space.is_free(*point):
-                    return float(step_m)
-            return float(steps_m[-1])
-
-        yaws = [math.radians(angle) for angle in range(-180, 180, 15)]
-        poses.append(Pose2(x_m, y_m, max(yaws, key=open_m)))
-    return poses
+        webbrowser.open(target.resolve().as_uri())
 
 
 def _report(scene: "Scene", where: Path, as_json: bool) -> int:
@@ -239,6 +182,7 @@ def facts_of(scene: "Scene", where: Path) -> dict[str, Any]:
         "doors": len(scene.doors),
         "triangles": len(scene.mesh.faces),
         "content_hash": scene.content_hash,
+        "attribution": [dataclasses.asdict(entry) for entry in scene.attribution],
     }
 
 
@@ -250,6 +194,11 @@ def print_facts(facts: dict[str, Any]) -> None:
 
     table = Table(show_header=False, box=None)
     for key, value in facts.items():
+        if key == "attribution":
+            for entry in value:
+                by = f"{entry['work']}: {entry['creator']}, {entry['licence']}"
+                table.add_row("work by others", escape(by))
+            continue
         if isinstance(value, dict):
             value = ", ".join(f"{count} {kind}" for kind, count in value.items()) or "none"
         elif isinstance(value, list):
