@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: help demo test test-browser editor check lint types imports spelling format bench train-compact clean
+.PHONY: help demo test test-browser editor check lint types imports spelling format bench train-compact train-best train-quick clean
 
 help:
 	@echo "make demo    drive an unseen office by topological map and write a report to look at"
@@ -13,6 +13,8 @@ help:
 	@echo "make editor  bundle the map editor's page again (needs Node 20)"
 	@echo "make check   format, lint, types, imports, spelling"
 	@echo "make bench   frame rates and closed-loop speed, stored under benchmarks/results/"
+	@echo "make train-quick     preset best in a hurry (under three quarters of an hour)"
+	@echo "make train-best      preset best from nothing (about two and a half hours)"
 	@echo "make train-compact   data set and training of the shipped weights (about an hour)"
 
 $(VENV)/.created:
@@ -65,6 +67,12 @@ bench: $(VENV)/.core
 
 train-compact: $(VENV)/.core
 	bash examples/train_compact.sh
+
+train-best: $(VENV)/.core
+	bash examples/train_best.sh
+
+train-quick: $(VENV)/.core
+	bash examples/train_quick.sh
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

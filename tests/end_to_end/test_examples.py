@@ -79,12 +79,10 @@ def test_area_is_evaluated_by_two_commands(tmp_path, areas_dir):
     assert (tmp_path / "results" / "results.json").is_file()
 
 
-def test_training_script_is_valid_shell():
+@pytest.mark.parametrize("name", ["train_best", "train_compact", "train_quick"])
+def test_training_script_is_valid_shell(name):
     bash = shutil.which("bash")
     if bash is None:
         pytest.skip("no bash")
     # That its commands exist and take these options is tests/test_docs.py's to say.
-    assert (
-        subprocess.run([bash, "-n", str(EXAMPLES / "train_compact.sh")], check=False).returncode
-        == 0
-    )
+    assert subprocess.run([bash, "-n", str(EXAMPLES / f"{name}.sh")], check=False).returncode == 0

@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# From nothing to preset `best`: about two and a half hours on two quiet cores. Each step resumes
+# where it was interrupted. See docs/best.md.
+#
+#   bash examples/train_best.sh [FOLDER]      (make train-best)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+out=${1:-runs/train-best}
+toponav=${TOPONAV:-.venv/bin/toponav}
+workers=${WORKERS:-2}
+threads=${THREADS:-2}
+
+# 1. The expert drives 250 generated offices, eight plans in each, pushed off its path by twice
+#    the paper's noise.
+"$toponav" collect graphnav --out "$out/drives" --episodes 2000 --workers "$workers" \
+    --seed 1 --noise-scale 2 --episodes-per-building 8 --buildings offices-train
+"$toponav" data prepare "$out/drives" --preset best --out "$out/cache" --workers "$workers"
+
+# 2. A first pose network and a first steering network.
+"$toponav" train best --data "$out/cache" --out "$out/first" --threads "$threads" --seed 0
+
+# 3. They drive 500 plans in 125 offices; the expert says what it would have done there.
+"$toponav" collect dagger --out "$out/round1" --weights "$out/first" --agent graphnav_pf \
+    --expert-share 0.25 --episodes 500 --workers "$workers" --seed 11 \
+    --any-yaw-fraction 0.05 --episodes-per-building 4 --buildings offices-train
+"$toponav" data prepare "$out/round1" --preset best --out "$out/cache1" --workers "$workers"
+
+# 4. Both again on all drives, and what ships: half precision.
+"$toponav" train best --data "$out/cache" "$out/cache1" --out "$out/run" \
+    --threads "$threads" --seed 0
+"$toponav" train release "$out/run" --out "$out/best"
