@@ -14,7 +14,8 @@ import yaml
 
 from tests.maps.small_maps import office_floor
 from toponav.core.errors import InputError
-from toponav.maps.formats.convert import READABLE, MapFormat, export_map, import_map
+from toponav.maps.formats.convert import export_map, import_map
+from toponav.maps.formats.map_format import READABLE, MapFormat
 from toponav.maps.schema import map_schema_faults
 from toponav.maps.spec import map_to_document
 

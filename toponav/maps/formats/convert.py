@@ -1,20 +1,25 @@
 """Maps in and out of every format that users have, with a report of what was lost on the way."""
 
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from enum import StrEnum
 from pathlib import Path
-from typing import Any
 
 from toponav.core.errors import InputError, did_you_mean
-from toponav.core.files import check_out_file, parse_json, read_bytes, write_atomically
-from toponav.core.yaml_text import parse_yaml
+from toponav.core.files import check_out_file, read_bytes, write_atomically
 from toponav.maps.formats._values import is_name
 from toponav.maps.formats.canvas import area_of_drawing, drawing_faults, load_area_map
 from toponav.maps.formats.graphml import map_from_graphml, map_to_graphml
 from toponav.maps.formats.lif import map_to_lif
+from toponav.maps.formats.map_format import (
+    ENDINGS,
+    READABLE,
+    WRITABLE,
+    MapFormat,
+    document_of,
+    format_of_document,
+    format_of_name,
+)
 from toponav.maps.formats.nav2 import map_from_nav2, map_to_nav2
 from toponav.maps.formats.report import ConversionReport, Notes
 from toponav.maps.formats.rmf import map_from_rmf
@@ -36,44 +41,6 @@ __all__ = [
 
 _MOST_BYTES = 64 * 1024 * 1024
 _LONGEST_PLAN = 200
-
-
-class MapFormat(StrEnum):
-    """A format of topological maps."""
-
-    TOPO = "topo"
-    """Ours, `*.topo.json`."""
-    NAV2 = "nav2"
-    """Route graph of Nav2's route server, GeoJSON."""
-    TMAP2 = "tmap2"
-    """LCAS `topological_navigation`, YAML."""
-    GRAPHML = "graphml"
-    """GraphML with typed keys."""
-    LIF = "lif"
-    """VDMA Layout Interchange Format 1.0, JSON; written only."""
-    CANVAS = "canvas"
-    """Drawing of GraphNav's authors, JSON, with its area's yaml beside it; read only."""
-    AREA = "area"
-    """Yaml of a Stanford area that names such a drawing; read only."""
-    RMF = "rmf"
-    """Open-RMF building of the traffic editor, YAML; read only."""
-
-
-READABLE = tuple(one for one in MapFormat if one is not MapFormat.LIF)
-"""Formats that maps are read from."""
-WRITABLE = (MapFormat.TOPO, MapFormat.NAV2, MapFormat.TMAP2, MapFormat.GRAPHML, MapFormat.LIF)
-"""Formats that maps are written in."""
-_BY_ENDING: tuple[tuple[str, MapFormat], ...] = (
-    (".lif.json", MapFormat.LIF),
-    (".building.yaml", MapFormat.RMF),
-    (".geojson", MapFormat.NAV2),
-    (".json", MapFormat.TOPO),
-    (".graphml", MapFormat.GRAPHML),
-    (".xml", MapFormat.GRAPHML),
-    (".tmap2", MapFormat.TMAP2),
-    (".yaml", MapFormat.TMAP2),
-    (".yml", MapFormat.TMAP2),
-)
 
 
 @dataclass(frozen=True)
@@ -203,30 +170,13 @@ def convert_map(
     return Conversion(made, imported.format, target_format, report)
 
 
-def format_of_name(path: str | Path) -> MapFormat:
-    """The format that a file's ending stands for.
-
-    Raises:
-        InputError: If it stands for none.
-    """
-    name = Path(path).name.lower()
-    for ending, found in _BY_ENDING:
-        if name.endswith(ending):
-            return found
-    raise InputError(
-        f"the ending of '{Path(path).name[:80]}' tells no map format",
-        where=str(path),
-        remedy="end it in .topo.json, .geojson, .tmap2, .graphml or .lif.json, or give the format",
-    )
-
-
 def _imported(data: bytes, path: Path, wanted: MapFormat | None, level: str | None) -> ImportedMap:
     where, name = str(path), _name_of(path)
     is_xml = data.lstrip(b"\xef\xbb\xbf\xff\xfe\x00 \t\r\n")[:1] == b"<"
     if wanted is MapFormat.GRAPHML or (wanted is None and is_xml):
         return ImportedMap(*_swapped(MapFormat.GRAPHML, map_from_graphml(data, where, name)))
-    document = _document(data, path, wanted)
-    found = wanted or _recognized(document, path)
+    document = document_of(data, path, wanted)
+    found = wanted or format_of_document(document, path)
     if level is not None and found is not MapFormat.RMF:
         raise InputError(
             f"levels are those of Open-RMF buildings, this is {found}",
@@ -255,56 +205,6 @@ def _swapped(
     return read[0], found, read[1]
 
 
-def _document(data: bytes, path: Path, wanted: MapFormat | None) -> Any:
-    """What the file holds as JSON, or as YAML where it is none or is known to be YAML."""
-    by_name = path.suffix.lower() in (".yaml", ".yml", ".tmap2")
-    is_yaml = wanted in (MapFormat.TMAP2, MapFormat.RMF, MapFormat.AREA)
-    looks_like_json = data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] in (b"{", b"[")
-    if is_yaml or (wanted is None and (by_name or not looks_like_json)):
-        return parse_yaml(data, str(path))
-    return parse_json(data, str(path))
-
-
-def _recognized(document: Any, path: Path) -> MapFormat:
-    """The format that a document's keys show."""
-    if not isinstance(document, dict):
-        raise _unknown(path, f"a {type(document).__name__}")
-    keys = document.keys()
-    if document.get("type") == "FeatureCollection":
-        return MapFormat.NAV2
-    if {"oval", "line", "text"} <= keys:
-        return MapFormat.CANVAS
-    if "layouts" in keys and "metaInformation" in keys:
-        raise InputError(
-            "this is a LIF file, which is written, not read",
-            where=str(path),
-            remedy=f"formats that are read: {', '.join(READABLE)}",
-        )
-    if "levels" in keys:
-        return MapFormat.RMF
-    if {"image", "resolution"} <= keys:
-        return MapFormat.AREA
-    if "nodes" in keys:
-        return MapFormat.TMAP2 if _is_tmap2(document) else MapFormat.TOPO
-    if "version" in keys and "frame" in keys:
-        return MapFormat.TOPO
-    raise _unknown(path, "the keys " + ", ".join(sorted(map(str, keys)))[:120] if keys else "{}")
-
-
-def _is_tmap2(document: Mapping[str, Any]) -> bool:
-    nodes = document["nodes"]
-    first = nodes[0] if isinstance(nodes, list) and nodes else None
-    return "pointset" in document or (isinstance(first, dict) and "node" in first)
-
-
-def _unknown(path: Path, got: str) -> InputError:
-    return InputError(
-        f"the content shows no map format that is read, got {got}",
-        where=str(path),
-        remedy=f"give its format, one of {', '.join(READABLE)}",
-    )
-
-
 def _not_written(map_format: MapFormat, path: Path) -> InputError:
     return InputError(
         f"maps are not written as {map_format}",
@@ -326,7 +226,7 @@ def _drawn(area_yaml: Path) -> tuple[TopologicalMap, ConversionReport]:
 def _name_of(path: Path) -> str:
     """A map's name from its file's."""
     name = path.name
-    for ending, _ in (*_BY_ENDING, (".topo", MapFormat.TOPO), (".tmap2", MapFormat.TMAP2)):
+    for ending, _ in (*ENDINGS, (".topo", MapFormat.TOPO), (".tmap2", MapFormat.TMAP2)):
         if name.lower().endswith(ending) and len(name) > len(ending):
             name = name[: -len(ending)]
     return name if is_name(name) else "map"
