@@ -1,17 +1,22 @@
 // The map on the stage. The layer is larger than the stage, so that panning only moves it.
 
-import { svg } from "./dom";
+import { h, settled, svg } from "./dom";
 import type { Graph, Patch } from "./graph";
 import { arrow, edgeLine, nodeOutline, nodeRadius } from "./shapes";
 import type { FloorDocument, MapEdge, MapNode, Point } from "./types";
 import type { Viewport } from "./viewport";
 
 const OVERSCAN_PX = 256;
+const LEAST_ZOOM = 0.72;
+const MOST_ZOOM = 1.6;
+const SHARPEN_AFTER_MS = 110;
 const ALL_NAMES_SCALE = 55;
 const ROOM_NAMES_SCALE = 9;
 
 export class Drawing {
-  readonly layer = svg("svg", { class: "layer", "aria-hidden": "true" });
+  /** Moved as a whole: a transform of the SVG itself would lay out all of it in each frame. */
+  private readonly layer = h("div", { class: "layer" });
+  private readonly canvas = svg("svg", { "aria-hidden": "true" });
   private readonly world = svg("g");
   private readonly floorGroup = svg("g");
   private readonly groups = {
@@ -28,6 +33,7 @@ export class Drawing {
   private extent: FloorDocument["extent"] | null = null;
   private trail: readonly string[] = [];
   private drawnScale = 0;
+  private readonly redrawSoon = settled(() => this.redraw(), SHARPEN_AFTER_MS);
   /** Place that the layer's middle showed when it was drawn. */
   private anchor: Point = { x: 0, y: 0 };
 
@@ -38,7 +44,8 @@ export class Drawing {
   ) {
     this.floorGroup.append(this.image);
     this.world.append(this.floorGroup, ...Object.values(this.groups));
-    this.layer.append(this.world);
+    this.canvas.append(this.world);
+    this.layer.append(this.canvas);
     stage.prepend(this.layer);
   }
 
@@ -64,11 +71,16 @@ export class Drawing {
     const { view } = this;
     const dx = (this.anchor.x - view.x) * view.scale;
     const dy = (view.y - this.anchor.y) * view.scale;
-    if (view.scale !== this.drawnScale || Math.abs(dx) > OVERSCAN_PX || Math.abs(dy) > OVERSCAN_PX) {
+    const zoom = view.scale / this.drawnScale;
+    const isFar = Math.abs(dx) > OVERSCAN_PX || Math.abs(dy) > OVERSCAN_PX;
+    if (isFar || zoom < LEAST_ZOOM || zoom > MOST_ZOOM) {
       this.redraw();
       return;
     }
-    this.layer.style.transform = `translate(${dx.toFixed(1)}px, ${dy.toFixed(1)}px)`;
+    // While the wheel turns the picture is stretched; it is drawn sharp once that ends.
+    if (zoom !== 1) this.redrawSoon.later();
+    const scale = zoom === 1 ? "" : ` scale(${zoom.toFixed(4)})`;
+    this.layer.style.transform = `translate(${dx.toFixed(1)}px, ${dy.toFixed(1)}px)${scale}`;
   }
 
   redraw(): void {
@@ -189,7 +201,8 @@ export class Drawing {
     if (!path || !name) return;
     const { x, y } = this.at(node);
     const radius = nodeRadius(node.kind, this.drawnScale);
-    path.setAttribute("d", nodeOutline(node.kind, radius));
+    const outline = nodeOutline(node.kind, radius);
+    if (path.getAttribute("d") !== outline) path.setAttribute("d", outline);
     path.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`);
     setKeeping(path, `node ${node.kind}`, KEPT);
     if (name.textContent !== node.id) name.textContent = node.id;

@@ -37,6 +37,8 @@ export class Editor {
   plans: readonly Plan[] = [];
   shownPlan = 0;
 
+  /** Whether nodes are being dragged: panels wait until that ends. */
+  dragging = false;
   /** Counts edits, so that answers to old questions can be told. */
   revision = 0;
 

@@ -24,6 +24,10 @@ export class Inspector {
 
   private update(): void {
     const { editor } = this;
+    if (editor.dragging) {
+      this.followDrag();
+      return;
+    }
     const key = this.key();
     if (key === this.shown) return;
     const focused = (document.activeElement as HTMLElement | null)?.id ?? "";
@@ -36,6 +40,15 @@ export class Inspector {
     else if (editor.hasSelection) this.root.replaceChildren(...this.manyFields());
     else this.root.replaceChildren(...this.nothing());
     if (hadFocus && focused) document.getElementById(focused)?.focus();
+  }
+
+  /** While a node is dragged only its place changes: building the fields anew takes too long. */
+  private followDrag(): void {
+    const node = only(this.editor.nodes, this.editor.edges, this.editor.graph.nodes);
+    for (const axis of ["x", "y"] as const) {
+      const input = this.root.querySelector<HTMLInputElement>(`#node-${axis}`);
+      if (node && input) input.value = String(node[axis]);
+    }
   }
 
   /** Changes when anything that is shown does. */

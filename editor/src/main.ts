@@ -81,6 +81,7 @@ function start(opened: Opened): void {
 
 /** Offers the building's rooms and the map's where a room is asked for. */
 function nameRooms(editor: Editor): void {
+  if (editor.dragging) return;
   const names = new Set(editor.rooms.all.map((room) => room.name));
   for (const node of editor.graph.nodes.values()) if (node.room) names.add(node.room);
   const list = byId("room-names");

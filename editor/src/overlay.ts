@@ -23,21 +23,21 @@ export class Overlay {
   }
 
   clear(): void {
-    for (const path of [this.line, this.guides]) path.setAttribute("d", "");
-    this.band.setAttribute("visibility", "hidden");
+    for (const path of [this.line, this.guides]) set(path, "d", "");
+    set(this.band, "visibility", "hidden");
   }
 
   showBand(from: Point, to: Point): void {
-    this.band.setAttribute("visibility", "visible");
-    this.band.setAttribute("x", String(Math.min(from.x, to.x)));
-    this.band.setAttribute("y", String(Math.min(from.y, to.y)));
-    this.band.setAttribute("width", String(Math.abs(from.x - to.x)));
-    this.band.setAttribute("height", String(Math.abs(from.y - to.y)));
+    set(this.band, "visibility", "visible");
+    set(this.band, "x", String(Math.min(from.x, to.x)));
+    set(this.band, "y", String(Math.min(from.y, to.y)));
+    set(this.band, "width", String(Math.abs(from.x - to.x)));
+    set(this.band, "height", String(Math.abs(from.y - to.y)));
   }
 
   showLine(from: Point, to: Point): void {
     const [a, b] = [this.view.toPixels(from), this.view.toPixels(to)];
-    this.line.setAttribute("d", `M${a.x} ${a.y}L${b.x} ${b.y}`);
+    set(this.line, "d", `M${a.x} ${a.y}L${b.x} ${b.y}`);
   }
 
   showGuides(snapped: Snapped | null): void {
@@ -48,15 +48,21 @@ export class Overlay {
         ? `M${at.x} ${Math.min(at.y, place.y) - 12}V${Math.max(at.y, place.y) + 12}`
         : `M${Math.min(at.x, place.x) - 12} ${at.y}H${Math.max(at.x, place.x) + 12}`;
     });
-    this.guides.setAttribute("d", d.join(""));
+    set(this.guides, "d", d.join(""));
   }
 
   showCross(place: Point | null): void {
     const at = place && this.view.toPixels(place);
-    this.cross.setAttribute(
+    set(
+      this.cross,
       "d",
       at ? `M${at.x - 11} ${at.y}H${at.x - 3}M${at.x + 3} ${at.y}H${at.x + 11}` +
         `M${at.x} ${at.y - 11}V${at.y - 3}M${at.x} ${at.y + 3}V${at.y + 11}` : "",
     );
   }
+}
+
+/** Sets an attribute only if that changes it: the browser paints again even if it does not. */
+function set(element: SVGElement, name: string, value: string): void {
+  if (element.getAttribute(name) !== value) element.setAttribute(name, value);
 }

@@ -24,6 +24,8 @@ export class Stage {
   readonly overlay: Overlay;
   private gesture: Gesture | null = null;
   private spaceHeld = false;
+  /** The stage's upper left corner on the page; asking for it would lay out the page. */
+  private corner: Point = { x: 0, y: 0 };
 
   constructor(
     private readonly element: HTMLElement,
@@ -89,8 +91,7 @@ export class Stage {
   }
 
   private pixel(event: MouseEvent): Point {
-    const box = this.element.getBoundingClientRect();
-    return { x: event.clientX - box.left, y: event.clientY - box.top };
+    return { x: event.clientX - this.corner.x, y: event.clientY - this.corner.y };
   }
 
   private down(event: PointerEvent): void {
@@ -161,7 +162,7 @@ export class Stage {
     if (!lead) return;
     if (!editor.nodes.has(lead.id)) editor.select([lead.id]);
     const origins = [...editor.nodes].flatMap((id) => editor.graph.nodes.get(id) ?? []);
-    this.sync.hold = true;
+    this.sync.hold = editor.dragging = true;
     this.gesture = { kind: "drag", from, lead, origins, done: null };
   }
 
@@ -223,7 +224,9 @@ export class Stage {
     this.overlay.clear();
     this.element.classList.remove("panning");
     if (this.sync.hold) {
-      this.sync.hold = false;
+      this.sync.hold = this.editor.dragging = false;
+      this.editor.emit("graph");
+      this.editor.emit("selection");
       void this.sync.save();
     }
   }
@@ -253,6 +256,8 @@ export class Stage {
 
   private resized(): void {
     const { view } = this.editor;
+    const { left, top } = this.element.getBoundingClientRect();
+    this.corner = { x: left, y: top };
     view.width = this.element.clientWidth;
     view.height = this.element.clientHeight;
     this.editor.drawing.redraw();

@@ -13,6 +13,8 @@ const HINTS: Record<Tool, string> = {
 const BARS_M = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
 
 export class StatusBar {
+  private shownScale = 0;
+
   constructor(private readonly editor: Editor) {
     const cursor = eachFrame(() => this.cursor());
     const view = eachFrame(() => this.scaleBar());
@@ -34,6 +36,8 @@ export class StatusBar {
 
   private scaleBar(): void {
     const { scale } = this.editor.view;
+    if (scale === this.shownScale) return;
+    this.shownScale = scale;
     const metres = BARS_M.find((bar) => bar * scale >= 60) ?? BARS_M.at(-1)!;
     byId("scale-bar").style.width = `${(metres * scale).toFixed(0)}px`;
     byId("scale-text").textContent = `${metres} m`;
@@ -41,6 +45,7 @@ export class StatusBar {
 
   private buttons(): void {
     const { editor } = this;
+    if (editor.dragging) return;
     const { undoLabel, redoLabel } = editor.history;
     const undo = byId<HTMLButtonElement>("undo");
     const redo = byId<HTMLButtonElement>("redo");
@@ -61,7 +66,7 @@ export class StatusBar {
   /** Describes the one element that is selected to whoever listens. */
   private sayLater(): void {
     const { editor } = this;
-    if (editor.nodes.size + editor.edges.size !== 1) return;
+    if (editor.dragging || editor.nodes.size + editor.edges.size !== 1) return;
     for (const id of editor.nodes) {
       const node = editor.graph.nodes.get(id);
       if (!node) continue;

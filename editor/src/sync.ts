@@ -147,8 +147,9 @@ export class Sync {
   }
 
   private show(state: State, text: string): void {
-    this.state = state;
     const status = byId("file-status");
+    if (this.state === state && status.textContent === text) return;
+    this.state = state;
     status.dataset["state"] = state;
     status.textContent = text;
   }
