@@ -124,3 +124,60 @@ def test_convert_tells_what_was_lost(tmp_path: Path, floor: Path, capsys) -> Non
     assert (told["from"], told["to"], told["report"]) == ("graphml", "nav2", [])
     assert main(["map", "convert", str(back), str(tmp_path / "x.topo.json")]) == 0
     assert load_map(tmp_path / "x.topo.json") == office_floor()
+
+
+def test_check_fixes_what_needs_no_decision_and_keeps_a_backup(floor: Path, capsys) -> None:
+    document = map_to_document(office_floor())
+    document["edges"][0]["yaw"] += 2.0
+    floor.write_text(json.dumps(document))
+    as_it_was = floor.read_bytes()
+    assert main(["map", "check", str(floor)]) == 1
+    out = capsys.readouterr().out
+    assert "yaw-fits-geometry [fix]" in out
+    assert "--fix can repair 1" in out
+    assert main(["map", "check", str(floor), "--fix"]) == 0
+    assert "as it was:" in capsys.readouterr().out
+    assert floor.with_name("floor.topo.json.bak").read_bytes() == as_it_was
+    assert load_map(floor) == office_floor()
+    assert main(["map", "check", str(floor), "--fix", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["fixed"] == []
+    assert not floor.with_name("floor.topo.json.bak2").exists()
+
+
+def test_check_fix_writes_elsewhere_when_asked(floor: Path, tmp_path: Path, capsys) -> None:
+    document = map_to_document(office_floor())
+    document["edges"][0]["length"] = 99.0
+    floor.write_text(json.dumps(document))
+    as_it_was, out = floor.read_bytes(), tmp_path / "fixed.topo.json"
+    assert main(["map", "check", str(floor), "--fix", "--out", str(out)]) == 0
+    assert load_map(out) == office_floor()
+    assert floor.read_bytes() == as_it_was
+    assert main(["map", "check", str(floor), "--out", str(out)]) == 1
+    assert "add --fix" in capsys.readouterr().err
+    floor.write_text("{}")
+    assert main(["map", "check", str(floor), "--fix"]) == 1
+    assert "no map that could be repaired" in capsys.readouterr().err
+    assert floor.read_text() == "{}"
+
+
+def test_plan_prints_the_k_shortest(floor: Path, capsys) -> None:
+    assert main(["map", "plan", str(floor), "office_4", "WC_1", "--all", "--json"]) == 0
+    plans = json.loads(capsys.readouterr().out)
+    assert len(plans) == 1
+    assert main(["map", "plan", str(floor), "office_4", "WC_1", "-k", "3"]) == 0
+    assert "plan 1 of 1: " in capsys.readouterr().out
+    assert main(["map", "plan", str(floor), "office_4", "WC_1", "-k", "0"]) == 1
+    assert "must lie in 1..1000" in capsys.readouterr().err
+
+
+def test_show_writes_vectors_for_print(floor: Path, tmp_path: Path) -> None:
+    svg, pdf = tmp_path / "floor.svg", tmp_path / "floor.pdf"
+    assert main(["map", "show", str(floor), "--out", str(svg), "--title", "A floor"]) == 0
+    text = svg.read_text()
+    assert "A floor" in text
+    assert "office_41" in text
+    assert "corridor follow" in text
+    assert " m<" in text, "a scale bar"
+    assert main(["map", "show", str(floor), "--out", str(pdf), "--width-in", "3.5"]) == 0
+    assert pdf.read_bytes().startswith(b"%PDF")
+    assert main(["map", "show", str(floor), "--out", str(pdf), "--width-in", "99"]) == 1

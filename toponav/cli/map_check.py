@@ -4,7 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from toponav.cli._map_files import Json, MapPath, area_map, building_of, is_yaml, require_map_name
 from toponav.core.errors import InputError
@@ -55,7 +55,10 @@ def check(
         fixed, faults = repaired.fixed, repaired.left
         backup = _write(repaired, map, target)
     if as_json:
-        document = {"map": str(map), "faults": [fault.to_document() for fault in faults]}
+        document: dict[str, Any] = {
+            "map": str(map),
+            "faults": [fault.to_document() for fault in faults],
+        }
         if target is not None:
             document["fixed"] = [fault.to_document() for fault in fixed]
             document["wrote"] = str(target) if fixed or target != map else None

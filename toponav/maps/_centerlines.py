@@ -73,7 +73,8 @@ def center_lines(
     pieces, count = ndimage.label(whole)
     for number in range(1, count + 1):
         part = pieces == number
-        paths = _prune(_trace(skeletonize(part)), clearance_m, resolution_m)
+        skeleton = skeletonize(part)  # type: ignore[no-untyped-call]
+        paths = _prune(_trace(skeleton), clearance_m, resolution_m)
         if paths:
             _rule(lines, paths, clearance_m, resolution_m)
         else:

@@ -91,7 +91,9 @@ def grown_rooms(scene: Scene) -> Int32[np.ndarray, "rows cols"]:
     depth = ndimage.distance_transform_edt(np.pad(~scene.occupied, 1))[1:-1, 1:-1]
     labels = np.where(free, scene.room_index.astype(np.int32) + 1, 0)
     seeds = _deep_inside(labels, _SEED_DEPTH_M / cell_m)
-    grown: np.ndarray = watershed(-depth, seeds, mask=free, connectivity=1)
+    grown: np.ndarray = watershed(  # type: ignore[no-untyped-call]
+        -depth, seeds, mask=free, connectivity=1
+    )
     return grown.astype(np.int32)
 
 

@@ -28,6 +28,7 @@ _COMFORT_M = 0.6
 _LOOK_M = 1.5
 _SNAP_M = 0.8
 _ACROSS_M = 6.0
+_SAME_SIDE_RAD = math.radians(60.0)
 _OPPOSITE_RAD = math.radians(45.0)
 
 
@@ -252,15 +253,18 @@ def _cross_open_spaces(
 def _one_per_neighbour(
     room: int, openings: list[Opening], passage_rooms: set[int]
 ) -> list[Opening]:
-    """The widest opening to each neighbouring passage."""
-    best: dict[int, Opening] = {}
-    for opening in openings:
-        if room not in opening.rooms or not set(opening.rooms) <= passage_rooms:
-            continue
-        other = opening.rooms[0] if opening.rooms[1] == room else opening.rooms[1]
-        if other not in best or opening.width_m > best[other].width_m:
-            best[other] = opening
-    return [best[other] for other in sorted(best)]
+    """The widest opening on each side to each neighbouring passage."""
+    own = [o for o in openings if room in o.rooms and set(o.rooms) <= passage_rooms]
+    kept: list[Opening] = []
+    for opening in sorted(own, key=lambda one: -one.width_m):
+        beside = any(
+            other.rooms == opening.rooms
+            and abs(angle_difference(other.heading_rad, opening.heading_rad)) < _SAME_SIDE_RAD
+            for other in kept
+        )
+        if not beside:
+            kept.append(opening)
+    return sorted(kept, key=lambda one: (one.rooms, one.x_m, one.y_m))
 
 
 def _crossing_points(
@@ -354,7 +358,7 @@ def _attach(
     else:
         at_x_m, at_y_m, _ = corridor.at(along_m)
         gate = _gate(at_x_m, at_y_m, gap)
-        sides = {gate.aside_m(door) > 0 for door in doors if gate.faces(door)}
+        sides = {(gate.aside_m(door) or 0.0) > 0 for door in doors if gate.faces(door)}
         if len(sides) > 1:
             gate = replace(gate, is_beside=True)
             foot = lines.add(at_x_m, at_y_m)

@@ -127,7 +127,8 @@ def _facing(doors: list[_Door]) -> list[list[_Door]]:
         for other in range(number + 1, len(doors))
         if (aside_m := _aside_m(door, doors[other])) < FACING_M
     )
-    groups, taken = [], set()
+    groups: list[list[_Door]] = []
+    taken: set[int] = set()
     for _, number, other in pairs:
         if not taken & {number, other}:
             taken |= {number, other}

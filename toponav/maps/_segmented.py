@@ -54,7 +54,7 @@ def with_rooms(scene: Scene) -> Scene:
         )
     halls = _halls(labels, keep, found.doors, cell_m)
     index = np.full(labels.shape, -1, np.int16)
-    rooms = []
+    rooms: list[Room] = []
     counts = {"hallway": 0, "room": 0}
     for number in keep:
         cells = labels == number

@@ -259,6 +259,12 @@ def _finished(drawing: _Drawing) -> TopologicalMap:
         parts,
         key=lambda part: (sum(kinds[n] is NodeKind.ROOM for n in part), len(part), min(part)),
     )
+    if sum(kinds[name] is NodeKind.ROOM for name in main) < 2:
+        raise InputError(
+            "no two of its rooms can be reached from each other",
+            where=f"scene {drawing.scene.name}",
+            remedy="open the doors of the building, or draw the map by hand: toponav map edit",
+        )
     lanes = {name for name in drawing.nodes if kinds[name] in _LANES}
     near = graph.subgraph(lanes | main)
     inside = min(main)
