@@ -4,14 +4,12 @@ import itertools
 
 import numpy as np
 
-from toponav.worlds.generate.shapes import ShapeBuilder
+from toponav.worlds.generate.shapes import Number, ShapeBuilder, Span
 
 __all__ = ["carcass", "doors", "drawers", "shelves"]
 
-Span = tuple[float, float]
 
-
-def doors(b: ShapeBuilder, x: Span, z: Span, y: float, count: int, surface: str) -> None:
+def doors(b: ShapeBuilder, x: Span, z: Span, y: Number, count: int, surface: str) -> None:
     """Door panels side by side at `y`, hinged in pairs."""
     edges = np.linspace(x[0], x[1], count + 1)
     for number in range(count):
@@ -24,7 +22,7 @@ def doors(b: ShapeBuilder, x: Span, z: Span, y: float, count: int, surface: str)
         )
 
 
-def drawers(b: ShapeBuilder, x: Span, z: Span, y: float, count: int, surface: str) -> None:
+def drawers(b: ShapeBuilder, x: Span, z: Span, y: Number, count: int, surface: str) -> None:
     """Drawer fronts one above the other at `y`."""
     edges = np.linspace(z[0], z[1], count + 1)
     middle = (x[0] + x[1]) / 2
@@ -43,7 +41,13 @@ def drawers(b: ShapeBuilder, x: Span, z: Span, y: float, count: int, surface: st
 
 
 def shelves(
-    b: ShapeBuilder, x: Span, y: Span, z: Span, count: int, surface: str, board_m: float = 0.025
+    b: ShapeBuilder,
+    x: Span,
+    y: Span,
+    z: Span,
+    count: int,
+    surface: str,
+    board_m: Number = 0.025,
 ) -> list[float]:
     """An open body with this many compartments; the height of each one's floor."""
     b.box((x[0], x[0] + board_m), y, z, surface)
@@ -63,6 +67,6 @@ def shelves(
     return [float(level) + board_m for level in levels[:-1]]
 
 
-def carcass(b: ShapeBuilder, half: float, depth: float, z: Span, surface: str) -> None:
+def carcass(b: ShapeBuilder, half: Number, depth: Number, z: Span, surface: str) -> None:
     """A closed body with room for fronts 2 cm thick before it."""
     b.box((-half, half), (0.0, depth - 0.02), z, surface)

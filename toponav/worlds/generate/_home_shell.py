@@ -64,7 +64,7 @@ class Opening:
         along = slice(max(self.start - widen, 0), self.stop + widen)
         return (across, along) if self.horizontal else (along, across)
 
-    def point_m(self, along: float, across: float) -> tuple[float, float]:
+    def point_m(self, along: float | int, across: float) -> tuple[float, float]:
         """World (x, y) of fine coordinates along the wall and across it, inwards positive."""
         a, c = along * CELL_M, (self.line + self.side * across) * CELL_M
         return (a, c) if self.horizontal else (c, a)

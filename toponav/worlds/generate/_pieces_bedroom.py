@@ -4,7 +4,7 @@ import numpy as np
 
 from toponav.worlds.generate._catalogue import furniture_class
 from toponav.worlds.generate._fronts import carcass, doors, drawers
-from toponav.worlds.generate.shapes import ShapeBuilder
+from toponav.worlds.generate.shapes import Number, ShapeBuilder
 from toponav.worlds.grid import SemanticClass
 
 __all__: list[str] = []
@@ -14,7 +14,7 @@ Rng = np.random.Generator
 
 
 def _bedding(
-    b: ShapeBuilder, rng: Rng, half: float, long: float, low: float, pillows: int
+    b: ShapeBuilder, rng: Rng, half: Number, long: Number, low: Number, pillows: int
 ) -> None:
     """Mattress, blanket, and pillows at the back."""
     b.soft((-half, half), (0.06, long), (low, low + 0.2), "white", 0.05)
@@ -40,7 +40,7 @@ def _bedding(
         b.turn_since(mark, 0, 0.18, (0, 0.3, top))
 
 
-def _frame(b: ShapeBuilder, rng: Rng, half: float, long: float, low: float) -> None:
+def _frame(b: ShapeBuilder, rng: Rng, half: Number, long: Number, low: Number) -> None:
     """Rails, feet and a headboard, of wood or covered with cloth."""
     body = str(rng.choice(["wood", "wood", "painted", "fabric"]))
     high = float(rng.uniform(0.75, 1.15))

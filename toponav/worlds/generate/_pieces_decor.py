@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from toponav.worlds.generate._catalogue import furniture_class
-from toponav.worlds.generate.shapes import ShapeBuilder
+from toponav.worlds.generate.shapes import Number, ShapeBuilder, Span
 from toponav.worlds.grid import SemanticClass
 
 __all__: list[str] = []
@@ -15,7 +15,12 @@ Rng = np.random.Generator
 
 
 def _shade(
-    b: ShapeBuilder, at: tuple[float, float], z: float, high: float, wide: float, taper: float
+    b: ShapeBuilder,
+    at: Span,
+    z: Number,
+    high: Number,
+    wide: Number,
+    taper: Number,
 ) -> None:
     """A lamp shade that glows."""
     b.cylinder(at, (z, z + high), wide, "glow", top_radius=wide * taper, sides=14)
@@ -148,7 +153,7 @@ def _door_mat(b: ShapeBuilder, rng: Rng) -> None:
     b.box((-half, half), (0, 0.45), (0, 0.012), "carpet", bottom=False)
 
 
-def _mat(b: ShapeBuilder, half: float, deep: float) -> None:
+def _mat(b: ShapeBuilder, half: Number, deep: Number) -> None:
     z = 0.012
     base = np.array([(-half, 0, z), (half, 0, z), (half, deep, z), (-half, deep, z)])
     b.quads(base[None], np.array([[[0, 0], [1, 0], [1, 1], [0, 1]]], float), "rug")
@@ -356,7 +361,7 @@ def _fitness(b: ShapeBuilder, rng: Rng) -> None:
     b.box((-0.09, 0.09), (0.78, 0.82), (1.08, 1.22), "dark")
 
 
-def build_curtain(b: ShapeBuilder, width: float, low: float, high: float) -> None:
+def build_curtain(b: ShapeBuilder, width: Number, low: Number, high: Number) -> None:
     """One half of a pair, in folds, between two heights."""
     folds = max(3, round(width / 0.07))
     x = np.linspace(-width / 2, width / 2, folds + 1)

@@ -4,7 +4,7 @@ import numpy as np
 
 from toponav.worlds.generate._catalogue import furniture_class
 from toponav.worlds.generate._fronts import carcass, doors, drawers
-from toponav.worlds.generate.shapes import ShapeBuilder
+from toponav.worlds.generate.shapes import Number, ShapeBuilder
 from toponav.worlds.grid import SemanticClass
 
 __all__ = ["MODULE_M"]
@@ -16,7 +16,7 @@ MODULE_M = 0.6
 _DEEP, _HIGH, _PLINTH, _TOP = 0.6, 0.9, 0.1, 0.04
 
 
-def _base(b: ShapeBuilder, half: float = MODULE_M / 2, *, top: bool = True) -> None:
+def _base(b: ShapeBuilder, half: Number = MODULE_M / 2, *, top: bool = True) -> None:
     """Plinth, body and worktop."""
     b.box((-half, half), (0, _DEEP - 0.06), (0, _PLINTH), "dark")
     b.box((-half, half), (0, _DEEP - 0.04), (_PLINTH, _HIGH - _TOP), "front")

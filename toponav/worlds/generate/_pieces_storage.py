@@ -4,7 +4,7 @@ import numpy as np
 
 from toponav.worlds.generate._catalogue import furniture_class
 from toponav.worlds.generate._fronts import carcass, doors, drawers, shelves
-from toponav.worlds.generate.shapes import ShapeBuilder
+from toponav.worlds.generate.shapes import Number, ShapeBuilder, Span
 from toponav.worlds.grid import SemanticClass
 
 __all__: list[str] = []
@@ -13,9 +13,7 @@ _S = SemanticClass
 Rng = np.random.Generator
 
 
-def _fill_shelf(
-    b: ShapeBuilder, rng: Rng, x: tuple[float, float], depth: float, z: float, gap: float
-) -> None:
+def _fill_shelf(b: ShapeBuilder, rng: Rng, x: Span, depth: Number, z: Number, gap: Number) -> None:
     """Books, boxes or a vase in one compartment."""
     left, right = x[0] + 0.02, x[1] - 0.02
     style = rng.random()

@@ -3,7 +3,7 @@
 import numpy as np
 
 from toponav.worlds.generate._catalogue import furniture_class
-from toponav.worlds.generate.shapes import ShapeBuilder
+from toponav.worlds.generate.shapes import Number, ShapeBuilder
 from toponav.worlds.grid import SemanticClass
 
 __all__: list[str] = []
@@ -13,7 +13,12 @@ Rng = np.random.Generator
 
 
 def _table(
-    b: ShapeBuilder, rng: Rng, width: float, depth: float, height: float, top: str = "wood"
+    b: ShapeBuilder,
+    rng: Rng,
+    width: Number,
+    depth: Number,
+    height: Number,
+    top: str = "wood",
 ) -> None:
     """A rectangular table with an apron and legs, or with two frames."""
     half, thick = width / 2, float(rng.uniform(0.025, 0.045))
@@ -56,7 +61,7 @@ def _table(
         )
 
 
-def _round_table(b: ShapeBuilder, rng: Rng, radius: float, height: float) -> None:
+def _round_table(b: ShapeBuilder, rng: Rng, radius: Number, height: Number) -> None:
     """A disc on one foot."""
     b.cylinder((0, radius), (height - 0.035, height), radius, "wood", sides=20)
     b.lathe(

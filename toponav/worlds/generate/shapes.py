@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Float64, Int32
 
-__all__ = ["Shape", "ShapeBuilder", "turned"]
+__all__ = ["Number", "Point", "Shape", "ShapeBuilder", "Span", "turned"]
+
+Number = float | int
+Span = tuple[Number, Number]
+Point = tuple[Number, Number, Number]
 
 _BOX_QUADS = np.array(
     [[4, 5, 6, 7], [0, 3, 2, 1], [0, 1, 5, 4], [2, 3, 7, 6], [3, 0, 4, 7], [1, 2, 6, 5]]
@@ -39,7 +43,7 @@ class Shape:
         return float(x), float(y), float(z)
 
 
-def turned(angle_rad: float) -> Float64[np.ndarray, "3 3"]:
+def turned(angle_rad: Number) -> Float64[np.ndarray, "3 3"]:
     """The matrix that turns points about the z axis."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -68,9 +72,7 @@ class ShapeBuilder:
             tuple(self._slots),
         )
 
-    def turn_since(
-        self, mark: int, axis: int, angle_rad: float, about: tuple[float, float, float]
-    ) -> None:
+    def turn_since(self, mark: int, axis: int, angle_rad: Number, about: Point) -> None:
         """Turns all primitives made since a mark about an axis through a point."""
         c, s = math.cos(angle_rad), math.sin(angle_rad)
         one, two = ((1, 2), (2, 0), (0, 1))[axis]
@@ -81,7 +83,7 @@ class ShapeBuilder:
         for at in range(mark, len(self._corners)):
             self._corners[at] = (self._corners[at] - center) @ matrix.T + center
 
-    def move_since(self, mark: int, by: tuple[float, float, float]) -> None:
+    def move_since(self, mark: int, by: Point) -> None:
         """Shifts all primitives made since a mark."""
         for at in range(mark, len(self._corners)):
             self._corners[at] = self._corners[at] + np.array(by)
@@ -105,9 +107,9 @@ class ShapeBuilder:
 
     def box(
         self,
-        x: tuple[float, float],
-        y: tuple[float, float],
-        z: tuple[float, float],
+        x: Span,
+        y: Span,
+        z: Span,
         surface: str,
         *,
         front: str | None = None,
@@ -127,9 +129,7 @@ class ShapeBuilder:
             self.quads(points[3:4], uv[3:4], front)
         self.quads(points[keep], uv[keep], surface)
 
-    def panel(
-        self, x: tuple[float, float], z: tuple[float, float], y: float, surface: str
-    ) -> None:
+    def panel(self, x: Span, z: Span, y: float, surface: str) -> None:
         """An upright picture that faces +y and shows its texture once."""
         (x0, x1), (z0, z1) = x, z
         points = np.array([[x1, y, z0], [x0, y, z0], [x0, y, z1], [x1, y, z1]])
@@ -139,7 +139,7 @@ class ShapeBuilder:
     def prism(
         self,
         outline: Float[np.ndarray, "corners 2"],
-        z: tuple[float, float],
+        z: Span,
         surface: str,
         *,
         top: Float[np.ndarray, "corners 2"] | None = None,
@@ -174,17 +174,17 @@ class ShapeBuilder:
 
     def soft(
         self,
-        x: tuple[float, float],
-        y: tuple[float, float],
-        z: tuple[float, float],
+        x: Span,
+        y: Span,
+        z: Span,
         surface: str,
-        radius: float = 0.05,
+        radius: Number = 0.05,
     ) -> None:
         """A cushion: a box with cut vertical edges and a bevelled top."""
         (x0, x1), (y0, y1), (z0, z1) = x, y, z
         r = min(radius, (x1 - x0) / 3, (y1 - y0) / 3, (z1 - z0) * 0.8)
 
-        def ring(inset: float) -> np.ndarray:
+        def ring(inset: Number) -> np.ndarray:
             a0, a1, b0, b1 = x0 + inset, x1 - inset, y0 + inset, y1 - inset
             c = r * 0.7
             return np.array(
@@ -200,12 +200,12 @@ class ShapeBuilder:
 
     def cylinder(
         self,
-        center: tuple[float, float],
-        z: tuple[float, float],
-        radius: float,
+        center: Span,
+        z: Span,
+        radius: Number,
         surface: str,
         *,
-        top_radius: float | None = None,
+        top_radius: Number | None = None,
         sides: int = 10,
         caps: bool = True,
     ) -> None:
@@ -217,9 +217,9 @@ class ShapeBuilder:
 
     def bar(
         self,
-        start: tuple[float, float, float],
-        end: tuple[float, float, float],
-        radius: float,
+        start: Point,
+        end: Point,
+        radius: Number,
         surface: str,
         sides: int = 6,
     ) -> None:
@@ -243,11 +243,11 @@ class ShapeBuilder:
 
     def lathe(
         self,
-        center: tuple[float, float],
-        profile: list[tuple[float, float]],
+        center: Span,
+        profile: list[Span],
         surface: str,
         sides: int = 12,
-        stretch: tuple[float, float] = (1.0, 1.0),
+        stretch: Span = (1.0, 1.0),
     ) -> None:
         """A profile of (radius, height) turned about an upright axis; `stretch` makes ovals."""
         ring = _ring(sides) * np.array(stretch)
@@ -265,15 +265,15 @@ class ShapeBuilder:
 
     def legs(
         self,
-        x: tuple[float, float],
-        y: tuple[float, float],
-        height: float,
+        x: Span,
+        y: Span,
+        height: Number,
         surface: str,
         *,
-        thick: float = 0.05,
+        thick: Number = 0.05,
         is_round: bool = False,
-        splay: float = 0.0,
-        bottom: float = 0.0,
+        splay: Number = 0.0,
+        bottom: Number = 0.0,
     ) -> None:
         """Four legs at the corners of a rectangle; `splay` leans them outwards."""
         for cx, sx in ((x[0], -1), (x[1], 1)):
