@@ -19,13 +19,15 @@ import time
 from pathlib import Path
 
 from toponav.cli.main import main as toponav
+from toponav.evaluation.agents import probes_of
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "graphnav"
 RUNS = ROOT / "runs" / "graphnav_areas"
 AREAS = ("area_3", "area_1", "area_5b", "area_6")
-AGENTS = ("phasenet", "behavrnn", "graphnav", "graphnav_pf", "gtl", "expert", "teacher_forced")
-WITH_WEIGHTS = frozenset({"graphnav", "graphnav_pf", "gtl", "teacher_forced"})
+AGENTS = ("phasenet", "behavrnn", "graphnav", "graphnav_pf", "gtl", "expert")
+PROBES = ("teacher_forced", "own_belief")
+WITH_WEIGHTS = frozenset({"graphnav", "graphnav_pf", "gtl", *PROBES})
 KEPT = ("run.json", "results.json", "episodes.parquet", "steps.parquet")
 MOST_BYTES = 1_500_000
 
@@ -34,9 +36,9 @@ def main() -> int:
     """Evaluate, store, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--weights", help="weights of graphnav, graphnav_pf, gtl, teacher_forced")
+    parser.add_argument("--weights", help="weights of graphnav, graphnav_pf and gtl")
     parser.add_argument("--baseline-weights", help="weights of phasenet and behavrnn")
-    parser.add_argument("--agents", nargs="+", default=list(AGENTS))
+    parser.add_argument("--agents", nargs="+", help="all, and what measures localization")
     parser.add_argument("--areas", nargs="+", default=list(AREAS))
     parser.add_argument("--episodes", type=int, help="only the first pairs, to time agents")
     parser.add_argument("--out", type=Path, default=RESULTS, help="folder to store the runs in")
@@ -64,7 +66,7 @@ def evaluation(area: str, files: Path, options: argparse.Namespace) -> list[str]
     words += ["--workers", str(options.workers)]
     if options.episodes:
         words += ["--episodes", str(options.episodes)]
-    for agent in options.agents:
+    for agent in options.agents or [*AGENTS, *probes_of(options.weights)]:
         words += ["--agent", chosen(agent, options.weights, options.baseline_weights)]
     return words
 
@@ -115,7 +117,7 @@ def table(results: Path = RESULTS) -> str:
         if not path.exists():
             continue
         agents = json.loads(path.read_text())["agents"]
-        rows += [(area, name, row) for name, row in agents.items() if name != "teacher_forced"]
+        rows += [(area, name, row) for name, row in agents.items() if name not in PROBES]
     columns = {
         "episodes": lambda row: str(row["episodes"]),
         "strict success / completion, %": pair,

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-PROBES = {"teacher_forced"}
+PROBES = {"teacher_forced", "own_belief"}
 
 
 def test_the_readme_shows_the_table_of_the_stored_runs() -> None:

@@ -5,11 +5,17 @@ import pytest
 
 from tests.evaluation.tiny_building import tiny_map, tiny_scene
 from toponav.core.camera import PinholeCamera
-from toponav.core.episode import Observation, Velocity
+from toponav.core.episode import Belief, Observation, Velocity
 from toponav.core.geometry import Pose2
-from toponav.evaluation.agents import AGENTS, AgentContext, ExpertAgent, make_agent
+from toponav.evaluation.agents import (
+    AGENTS,
+    AgentContext,
+    ExpertAgent,
+    make_agent,
+    probes_of,
+)
 from toponav.evaluation.protocol import Truth
-from toponav.evaluation.teacher_forced import CropPredictor, TeacherForcedAgent
+from toponav.evaluation.teacher_forced import CropPredictor, OwnBeliefAgent, TeacherForcedAgent
 from toponav.maps.plan import Plan, shortest_plan
 from toponav.maps.task import NavigationTask
 
@@ -86,5 +92,36 @@ def test_the_shipped_network_answers_with_edges_of_the_crop(frames: int) -> None
     assert sum(belief.edge_probability.values()) == pytest.approx(1.0, abs=1e-4)
 
 
-def test_it_is_a_probe_and_no_driver_of_its_own() -> None:
-    assert [name for name, spec in AGENTS.items() if spec.is_probe] == ["teacher_forced"]
+class Dreamer:
+    """Believes what it is told that it did."""
+
+    def __init__(self) -> None:
+        self.carried_out: list[Velocity] = []
+
+    def reset(self, task: NavigationTask) -> None:
+        self.carried_out.clear()
+
+    def act(self, observation: Observation) -> Velocity:
+        return Velocity(-0.1, 1.0)
+
+    def belief(self) -> Belief:
+        return Belief(PLAN.nodes[1], PLAN.edges[1])
+
+    def overruled(self, command: Velocity) -> None:
+        self.carried_out.append(command)
+
+
+def test_an_agent_that_is_only_asked_learns_what_the_expert_did() -> None:
+    dreamer = Dreamer()
+    agent = OwnBeliefAgent(ExpertAgent(Straight()), dreamer)
+    agent.reset(TASK)
+    agent.observe_truth(truth(PLAN.edges[0]))
+    assert agent.act(IMAGE) == Velocity(0.25, 0.0)
+    assert dreamer.carried_out == [Velocity(0.25, 0.0)]
+    assert agent.belief().edge == PLAN.edges[1]
+
+
+def test_probes_are_no_drivers_of_their_own() -> None:
+    probes = [name for name, spec in AGENTS.items() if spec.is_probe]
+    assert probes == ["teacher_forced", "own_belief"]
+    assert probes_of("compact") == ("teacher_forced",)

@@ -114,7 +114,8 @@ def eval_localization(
 
     toponav eval localization --area area_3.yaml --plans area_3_plans.json --out runs/table_5
 
-    The same as the agent `teacher_forced` of `toponav eval graphnav`.
+    The same as the agent `teacher_forced` of `toponav eval graphnav`. Weights that hold a belief
+    over poses, such as `best`, are told nothing instead (`own_belief`).
 
     Args:
         weights: Folder of weights, or a preset. Repeat to compare. What ships, if left out.
@@ -128,15 +129,17 @@ def eval_localization(
         workers: Processes. Results do not depend on it.
         json: Print results.json instead of a table.
     """
-    from toponav.evaluation.agents import AgentChoice
+    from toponav.evaluation.agents import AgentChoice, probes_of
     from toponav.evaluation.runner import EvaluationConfig
     from toponav.evaluation.suite import SuiteSource
     from toponav.evaluation.worker import RunSettings
 
-    choices = [AgentChoice("teacher_forced", name) for name in dict.fromkeys(weights)]
+    choices = [
+        AgentChoice(probe, name) for name in dict.fromkeys(weights) for probe in probes_of(name)
+    ]
     config = EvaluationConfig(
         source=SuiteSource(area, plans, scene, map, episodes, seed),
-        agents=tuple(choices) or ("teacher_forced",),
+        agents=tuple(choices) or probes_of(None),
         out=out,
         settings=RunSettings(seed=seed),
         workers=workers,

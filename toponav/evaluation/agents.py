@@ -28,6 +28,7 @@ __all__ = [
     "check_agent_name",
     "check_weights",
     "make_agent",
+    "probes_of",
     "title_of",
 ]
 
@@ -252,6 +253,15 @@ def _metric_agent(context: AgentContext, *, pose_filter: bool) -> "MetricGraphNa
 
 _METRIC_OPTIONS = frozenset({"avoidance"})
 
+
+def _metric_own_belief(context: AgentContext) -> Agent[NavigationTask]:
+    from toponav.evaluation.teacher_forced import OwnBeliefAgent
+    from toponav.navigation.graphnav.metric_agent import load_metric_agent
+
+    asked = load_metric_agent(context.weights, pose_filter=True, camera=context.camera)
+    return OwnBeliefAgent(_expert(context), asked)
+
+
 METRIC_FAMILY = WeightsFamily(
     "metric",
     _is_metric,
@@ -259,6 +269,7 @@ METRIC_FAMILY = WeightsFamily(
         "graphnav": _metric_graphnav,
         "graphnav_pf": _metric_graphnav_pf,
         "gtl": _metric_gtl,
+        "own_belief": _metric_own_belief,
     },
 )
 """Preset `best`: a belief over poses in place of a crop of the map."""
@@ -311,8 +322,20 @@ AGENTS: Mapping[str, AgentSpec] = {
     "teacher_forced": AgentSpec(
         "Teacher forced", _by_family("teacher_forced"), is_privileged=True, is_probe=True
     ),
+    "own_belief": AgentSpec(
+        "Own belief on the expert's drives",
+        _by_family("own_belief"),
+        is_privileged=True,
+        is_probe=True,
+    ),
 }
 """Every agent of the GraphNav suite by name, in the order of the tables."""
+
+
+def probes_of(weights: str | None) -> tuple[str, ...]:
+    """Names of the agents that measure the localization of weights like these."""
+    family = next(one for one in FAMILIES if one.owns(weights))
+    return tuple(name for name in family.builders if AGENTS[name].is_probe)
 
 
 def check_agent_name(name: str) -> None:

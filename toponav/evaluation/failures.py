@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from toponav.core.vocabulary import Behavior, Outcome
 from toponav.evaluation.protocol import DeviationRule
@@ -233,7 +234,7 @@ def _draw_worst(ax: "Axes", counts: Sequence[EdgeCount]) -> None:
     ax.set_yticks(range(len(worst)), names, fontsize=6)
     ax.set_ylim(max(len(worst), 6) - 0.5, -0.5)
     ax.set_xlim(0, 1.25 * max(left.max(initial=0.0), 1.0))
-    ax.xaxis.get_major_locator().set_params(integer=True)
+    ax.xaxis.set_major_locator(MaxNLocator(nbins=6, integer=True))
     ax.set_xlabel("runs that ended here")
     ax.spines[["top", "right"]].set_visible(False)
     if len(worst):

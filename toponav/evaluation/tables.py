@@ -126,8 +126,8 @@ def load_results(folder: Path) -> StoredResults:
         # Laid out once, so that what it lacks is said with the name of the file.
         for lay_out in (success_table, localization_table, prediction_table):
             lay_out([found])
-        for lay_out in analysis_tables.ANALYSES.values():
-            lay_out([found])
+        for analyse in analysis_tables.ANALYSES.values():
+            analyse([found])
         return found
     except (ValueError, KeyError, TypeError, AttributeError, IndexError):
         raise InputError(
@@ -173,8 +173,9 @@ def localization_table(stored: Sequence[StoredResults]) -> PaperTable:
     for found in stored:
         for label, numbers in found.probes.items():
             cells = _localization_cells(numbers["tolerant"])
-            model = title_in(found, label).replace(AGENTS["teacher_forced"].title, "GraphNav")
-            rows.append((found.name, model, "teacher forced", *cells))
+            measured = AGENTS[numbers.get("agent", label)].title
+            model = title_in(found, label).replace(measured, "GraphNav")
+            rows.append((found.name, model, measured.lower(), *cells))
         theirs = _TABLE_5_ROWS.get(_paper_area(found.name))
         if theirs is not None:
             share = percent(paper_numbers()["table_5"][theirs])
@@ -193,6 +194,7 @@ def localization_table(stored: Sequence[StoredResults]) -> PaperTable:
         rows=tuple(rows),
         notes=(
             "teacher forced: the expert drives, the network is told the last true edge.",
+            "own belief on the expert's drives: the expert drives, nothing is told.",
             "closed loop: while the agent drives, up to its strict or tolerant verdict.",
             "Intervals are over episodes, whose steps hang together.",
         ),

@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
 
 from toponav.core.camera import PinholeCamera
-from toponav.core.episode import Belief, Observation, Velocity
+from toponav.core.episode import Agent, Belief, Observation, Velocity
+from toponav.evaluation.episode import ReseedableAgent
 from toponav.evaluation.privileged import ExpertAgent
 from toponav.evaluation.protocol import Truth
 from toponav.maps.subgraph import crop
@@ -19,7 +20,13 @@ from toponav.models.graphnav.graph_tensors import encode_subgraph
 from toponav.navigation.graphnav.dead_reckoning import DeadReckoning
 from toponav.navigation.graphnav.driver import BehaviorDriver
 
-__all__ = ["CropPredictor", "EdgePredictor", "TeacherForcedAgent"]
+__all__ = [
+    "CropPredictor",
+    "EdgePredictor",
+    "OverruledAgent",
+    "OwnBeliefAgent",
+    "TeacherForcedAgent",
+]
 
 
 @runtime_checkable
@@ -129,3 +136,52 @@ class TeacherForcedAgent:
     def belief(self) -> Belief:
         """The network's answer."""
         return self._belief
+
+
+@runtime_checkable
+class OverruledAgent(Agent[NavigationTask], Protocol):
+    """An agent that goes on localizing when the robot carries out another's command."""
+
+    def overruled(self, command: Velocity) -> None:
+        """The robot carried out this command in place of the last one."""
+
+
+class OwnBeliefAgent:
+    """Drives as the expert does, and believes what an agent believes that nothing is told.
+
+    Its `localization_accuracy` is that of the agent along the expert's drives: errors of
+    localization lead to others, but none changes where the robot drives.
+
+    Args:
+        expert: Drives.
+        asked: Localizes; its commands are not carried out.
+    """
+
+    def __init__(self, expert: ExpertAgent, asked: OverruledAgent) -> None:
+        self._expert = expert
+        self._asked = asked
+
+    def reset(self, task: NavigationTask) -> None:
+        """Begin an episode."""
+        self._expert.reset(task)
+        self._asked.reset(task)
+
+    def reseed(self, seed: int) -> None:
+        """Pass the seed on."""
+        if isinstance(self._asked, ReseedableAgent):
+            self._asked.reseed(seed)
+
+    def observe_truth(self, truth: Truth) -> None:
+        """Take note of the truth, for the expert only."""
+        self._expert.observe_truth(truth)
+
+    def act(self, observation: Observation) -> Velocity:
+        """The expert's command, which the agent is told afterwards."""
+        self._asked.act(observation)
+        command = self._expert.act(observation)
+        self._asked.overruled(command)
+        return command
+
+    def belief(self) -> Belief:
+        """What the agent thinks."""
+        return self._asked.belief()
