@@ -10,6 +10,7 @@ from scipy.io import savemat
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import RoomKind
 from toponav.worlds.free_space import FreeSpace
+from toponav.worlds.load.importer import import_building
 from toponav.worlds.load.obstacle_heights import raise_obstacles
 from toponav.worlds.load.ros_map import read_ros_map
 from toponav.worlds.load.stanford import AreaFiles, load_area, load_pairs
@@ -109,6 +110,28 @@ def test_negated_map_reads_white_as_solid(tmp_path):
     np.testing.assert_array_equal(plain, ~negated)
 
 
+def test_raw_maps_hold_percents(tmp_path):
+    path = write_area(tmp_path, mode="raw")
+    pixels = np.zeros(SHAPE, np.uint8)
+    pixels[-1, :4] = 10, 25, 100, 255
+    Image.fromarray(pixels).save(tmp_path / "area_0.png")
+    assert read_ros_map(path).occupied[0, :5].tolist() == [False, True, True, True, False]
+
+
+def test_an_imported_ros_map_has_rooms_and_doors(tmp_path):
+    pixels = np.zeros((84, 164), np.uint8)
+    pixels[2:82, 2:80] = pixels[2:82, 82:162] = 254
+    pixels[30:48, 80:82] = 254
+    Image.fromarray(pixels).save(tmp_path / "a.png")
+    text = "image: a.png\nresolution: 0.05\norigin: [-1, -2, 0]\n"
+    (tmp_path / "a.yaml").write_text(text)
+    scene = import_building(tmp_path / "a.yaml").scene
+    assert len(scene.rooms) == 2
+    (door,) = scene.doors
+    assert door.width_m == pytest.approx(0.9, abs=0.08)
+    assert door.segment_m.mean(axis=0) == pytest.approx((-1 + 4.05, -2 + 4.2 - 1.95), abs=0.12)
+
+
 def test_what_nobody_saw_free_is_solid(tmp_path):
     path = write_area(tmp_path)
     pixels = np.full(SHAPE, 254, np.uint8)
@@ -151,6 +174,11 @@ def test_pieces_get_heights_of_what_they_probably_are():
         ({"resolution": -0.05}, "resolution_m is out of range"),
         ({"origin": [1]}, "origin must be"),
         ({"origin": [0.0, 0.0, 0.5]}, "turned map is not supported"),
+        ({"free_thresh": 0.9, "occupied_thresh": 0.2}, "free_thresh <= occupied_thresh"),
+        ({"free_thresh": 70}, "free_thresh <= occupied_thresh"),
+        ({"negate": "no"}, "negate must be 0 or 1"),
+        ({"mode": "fancy"}, "mode must be trinary, scale or raw"),
+        ({"width": 7}, "width says 7, but the image has 60 pixels"),
         ({"image": None}, "image must name a file"),
         ({"image": "none.png"}, r"none\.png: no such image"),
         ({"mat_filepath": "none.mat"}, r"none\.mat: cannot be read: no such file"),

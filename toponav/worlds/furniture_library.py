@@ -197,14 +197,14 @@ def _model(
     max_texture_px: int,
 ) -> FurnitureModel | None:
     """One entry of the catalogue, or None where it is nothing to furnish a room with."""
-
-    def text(key: str, default: str = "") -> str:
-        return _line(said.get(f"{key}#{number}", default))
-
     file = said.get(f"model#{number}", "").lstrip("/")
-    if text("category").lower() in _NOT_INDOORS or not file.lower().endswith(".obj"):
+    if _text(said, "category", number).lower() in _NOT_INDOORS or not file.lower().endswith(
+        ".obj"
+    ):
         return None
-    category = furniture_class(text("name")) or furniture_class(file.rpartition("/")[2])
+    category = furniture_class(_text(said, "name", number)) or furniture_class(
+        file.rpartition("/")[2]
+    )
     if category is None:
         return None
     size_m = (
@@ -215,22 +215,26 @@ def _model(
     rotation = _rotation(said.get(f"modelRotation#{number}"), f"{where} modelRotation#{number}")
     top = said.get(f"dropOnTopElevation#{number}")
     top_m = _number(top, f"{where} dropOnTopElevation#{number}") / 100 if top else -1.0
-    identity = text("id") or f"{files.path.stem}#{number}"
+    identity = _text(said, "id", number) or f"{files.path.stem}#{number}"
     return FurnitureModel(
         id=identity,
-        name=text("name") or identity,
+        name=_text(said, "name", number) or identity,
         category=category,
         size_m=size_m,
-        creator=text("creator") or _line(said.get("provider", "unknown")),
-        licence=text("license") or _line(said.get("license", "unknown")),
+        creator=_text(said, "creator", number) or _line(said.get("provider", "unknown")),
+        licence=_text(said, "license", number) or _line(said.get("license", "unknown")),
         source=files.path.name,
         elevation_m=_metres(said, "elevation", number, where, least_m=0.0, default="0"),
         top_m=top_m if 0 < top_m <= _LARGEST_M else None,
-        is_front=text("doorOrWindow").lower() == "true",
+        is_front=_text(said, "doorOrWindow", number).lower() == "true",
         load=lambda: read_model(
             files, file, size_m, rotation, CLASS_OF[category], max_faces, max_texture_px
         ),
     )
+
+
+def _text(said: dict[str, str], key: str, number: int) -> str:
+    return _line(said.get(f"{key}#{number}", ""))
 
 
 def _metres(

@@ -5,8 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from toponav.core.errors import InputError
 from toponav.core.files import check_is_file
+from toponav.worlds.load._mesh_rooms import rooms_from_walls
 from toponav.worlds.load.gazebo import read_gazebo
 from toponav.worlds.load.mesh_files import MESH_SUFFIXES, UNITS_M, UP_AXES, read_mesh, upright
 from toponav.worlds.load.mesh_parts import Notes, clean_part
@@ -95,8 +98,9 @@ def import_building(path: str | Path, options: ImportOptions | None = None) -> I
     notes = Notes()
     if kind in _MAP_SUFFIXES:
         scene = load_area(path, seed=options.seed)
-        what = "Stanford area" if scene.rooms else "ROS map"
-        return Imported(scene, what, _with_rooms_note(scene))
+        if scene.rooms:
+            return Imported(scene, "Stanford area", ())
+        return Imported(_with_rooms(scene, notes), "ROS map", notes.lines)
     name = "".join(letter for letter in path.stem if letter.isprintable()) or "building"
     mesh_options = MeshOptions(floor_height_m=options.floor_height_m)
     if kind in _SDF_SUFFIXES:
@@ -170,10 +174,14 @@ def _sweet_home(path: Path, name: str, options: ImportOptions, notes: Notes) -> 
     return Imported(replace(scene, doors=tuple(doors)), "Sweet Home 3D home", notes.lines)
 
 
-def _with_rooms_note(scene: Scene) -> tuple[str, ...]:
-    if scene.rooms:
-        return ()
-    return ("a plan without rooms: `toponav map build` cuts it where it is narrow",)
+def _with_rooms(scene: Scene, notes: Notes) -> Scene:
+    """A plan whose floor is cut into rooms; what is not free there belongs to none."""
+    walls = scene.heights_m >= scene.ceiling_m
+    everywhere = np.ones(scene.grid.shape, bool)
+    rooms, doors, room_index = rooms_from_walls(
+        scene.grid, walls, ~scene.occupied, everywhere, (), notes
+    )
+    return replace(scene, rooms=rooms, doors=doors, room_index=room_index)
 
 
 def _kind(path: Path) -> str:

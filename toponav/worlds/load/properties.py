@@ -59,9 +59,10 @@ def _store(line: str, found: dict[str, str]) -> None:
 
 def _plain(text: str) -> str:
     """The text without escapes."""
+    return _ESCAPE.sub(_letter, text)
 
-    def letter(match: re.Match[str]) -> str:
-        code = match.group(1)
-        return chr(int(code[1:], 16)) if len(code) == 5 else _ESCAPES.get(code, code)
 
-    return _ESCAPE.sub(letter, text)
+def _letter(match: re.Match[str]) -> str:
+    """What an escape stands for."""
+    code = match.group(1)
+    return chr(int(code[1:], 16)) if len(code) == 5 else _ESCAPES.get(code, code)

@@ -106,7 +106,7 @@ def read_ros_map(yaml_path: str | Path) -> RosMap:
     path = Path(yaml_path)
     settings = read_yaml_mapping(path)
     resolution_m = _number(settings, "resolution", path)
-    free_below = _number(settings, "free_thresh", path, default=0.196)
+    free_below = _free_threshold(settings, path)
     origin = settings.get("origin")
     if not isinstance(origin, list) or len(origin) not in (2, 3):
         raise InputError(
@@ -123,13 +123,57 @@ def read_ros_map(yaml_path: str | Path) -> RosMap:
             remedy="turn the image and set the yaw of origin to 0",
         )
     shade = _read_shades(file_beside(path, settings.get("image"), "image"))
-    darkness = shade if bool(settings.get("negate", 0)) else 1.0 - shade
+    _check_size(settings, shade.shape, path)
+    darkness = _darkness(shade, settings, path)
     try:
         grid = GridFrame(resolution_m, (x_m, y_m), *darkness.shape)
     except InputError as error:
         raise InputError(error.rule, where=str(path), remedy=error.remedy) from None
     occupied = np.ascontiguousarray(darkness[::-1] >= free_below)
     return RosMap(path, settings, grid, occupied)
+
+
+def _free_threshold(settings: dict[str, Any], path: Path) -> float:
+    """The occupancy below which a cell is free; both thresholds have to make sense."""
+    free = _number(settings, "free_thresh", path, default=0.196)
+    solid = _number(settings, "occupied_thresh", path, default=max(0.65, free))
+    if not 0.0 < free <= solid <= 1.0:
+        raise InputError(
+            f"0 < free_thresh <= occupied_thresh <= 1 must hold, got {free:g} and {solid:g}",
+            where=str(path),
+            remedy="set free_thresh: 0.196 and occupied_thresh: 0.65, map_server's own",
+        )
+    return free
+
+
+def _check_size(settings: dict[str, Any], shape: tuple[int, ...], path: Path) -> None:
+    """That an image is as large as the yaml says, where it says so."""
+    for key, pixels in (("height", shape[0]), ("width", shape[1])):
+        if settings.get(key) is not None and settings[key] != pixels:
+            raise InputError(
+                f"{key} says {shown(settings[key])}, but the image has {pixels} pixels",
+                where=str(path),
+                remedy="check that the yaml and the image belong together",
+            )
+
+
+def _darkness(shade: np.ndarray, settings: dict[str, Any], path: Path) -> np.ndarray:
+    """How sure each pixel is solid, from 0 to 1, in the yaml's mode."""
+    negate, mode = settings.get("negate", 0), settings.get("mode", "trinary")
+    if negate not in (0, 1):
+        raise InputError(
+            f"negate must be 0 or 1, got {shown(negate)}", where=str(path), remedy="set negate: 0"
+        )
+    if mode not in ("trinary", "scale", "raw"):
+        raise InputError(
+            f"mode must be trinary, scale or raw, got {shown(mode)}",
+            where=str(path),
+            remedy="set mode: trinary",
+        )
+    if mode == "raw":  # The pixel is the occupancy in percent; more than 100 is unknown.
+        percent: np.ndarray = shade * 2.55
+        return percent
+    return shade if negate else 1.0 - shade
 
 
 def _read_shades(path: Path) -> np.ndarray:
