@@ -33,6 +33,7 @@ def collect_graphnav(
     noise_scale: float = 1.0,
     attempts: int = 3,
     any_yaw_fraction: float = 0.2,
+    longest_of: int = 1,
     width: int = 320,
     height: int = 240,
     no_annotate: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
@@ -60,6 +61,8 @@ def collect_graphnav(
         attempts: A drive that collides or sticks is tried again with half the noise; after
             this many the last one is kept as far as it came, and flagged.
         any_yaw_fraction: Fraction of drives that start facing anywhere.
+        longest_of: Of this many random pairs of rooms, drive the one with the longest plan:
+            with 16, the mean drive is about as long as the paper's (section VI-C).
         width: Columns of the depth images.
         height: Rows of the depth images.
         no_annotate: Leave out annotations.parquet.
@@ -77,7 +80,7 @@ def collect_graphnav(
         episodes_per_building=episodes_per_building,
         attempts=attempts,
         noise=NoiseConfig(noise_scale=noise_scale),
-        start=StartConfig(any_yaw_fraction=any_yaw_fraction),
+        start=StartConfig(any_yaw_fraction=any_yaw_fraction, longest_of=longest_of),
         camera=PinholeCamera(width=width, height=height),
     )
     _record(out, config, None, workers, annotate=not no_annotate, json=json)

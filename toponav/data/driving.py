@@ -1,5 +1,6 @@
 """One recorded drive: which plan from where, who drives, and when it ends."""
 
+import contextlib
 import math
 from collections import deque
 from dataclasses import dataclass, field
@@ -50,8 +51,16 @@ class StartConfig:
     """How far from the first edge's yaw the other drives may face."""
     after_goal_steps: int = 5
     """Steps that are recorded after the goal is reached."""
+    longest_of: int = 1
+    """Of this many random pairs of rooms, the one with the longest plan is driven."""
 
     def __post_init__(self) -> None:
+        if not 1 <= self.longest_of <= 1000:
+            raise InputError(
+                f"1..1000 pairs can be drawn, got {self.longest_of}",
+                where="--longest-of",
+                remedy="leave it at 1, or take 16 for drives of the paper's length",
+            )
         for name in ("any_yaw_fraction", "at_node_fraction"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise InputError(
@@ -168,12 +177,10 @@ def sample_start(
     Raises:
         InputError: No two rooms of the building are connected.
     """
-    topological_map, rooms = site.building.map, site.rooms
+    topological_map = site.building.map
     for _ in range(_TRIES):
-        first, second = random.choice(len(rooms), 2, replace=False).tolist()
-        try:
-            plan = shortest_plan(topological_map, rooms[first], rooms[second])
-        except InputError:
+        plan = _sample_plan(site, config.longest_of, random)
+        if plan is None:
             continue
         node = topological_map.node(plan.nodes[0])
         x_m, y_m = node.x_m, node.y_m
@@ -197,6 +204,16 @@ def sample_start(
         where=f"building {site.building.name}",
         remedy="run `toponav map check` on its map, or leave the building out",
     )
+
+
+def _sample_plan(site: Site, draws: int, random: np.random.Generator) -> Plan | None:
+    """The longest of the plans between some random pairs of rooms; None where none has one."""
+    plans = []
+    for _ in range(draws):
+        first, second = random.choice(len(site.rooms), 2, replace=False).tolist()
+        with contextlib.suppress(InputError):
+            plans.append(shortest_plan(site.building.map, site.rooms[first], site.rooms[second]))
+    return max(plans, key=lambda plan: plan.length_m(site.building.map), default=None)
 
 
 def drive(
