@@ -3,8 +3,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.maps.small_maps import office_floor
 
+from tests.maps.small_maps import office_floor
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import Behavior, NodeKind
 from toponav.maps.formats.canvas import load_area_map
