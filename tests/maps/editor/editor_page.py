@@ -11,7 +11,7 @@ from toponav.maps.spec import TopologicalMap, load_map
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-_DEADLINE_S = 10.0
+_DEADLINE_S = 30.0
 
 
 @dataclass

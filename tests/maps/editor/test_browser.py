@@ -245,7 +245,9 @@ def test_axe_finds_no_serious_fault(browser, tmp_path, scheme):
         editor = EditorPage(page, path).open(url)
 
         def serious(state: str) -> list[str]:
-            found = axe.run(page).response["violations"]
+            # Colours are all that differs in the dark.
+            options = {"runOnly": ["color-contrast"]} if scheme == "dark" else None
+            found = axe.run(page, options=options).response["violations"]
             return [
                 f"{state}: {one['id']}: {one['nodes'][0]['target']}"
                 for one in found
