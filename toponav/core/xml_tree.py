@@ -54,6 +54,9 @@ def parse_xml(
     def refuse_entity(*_: object) -> None:
         raise _RefusedError("an entity declared in the document")
 
+    def refuse_reference(*_: object) -> int:
+        raise _RefusedError("an entity outside the document")
+
     def refuse_doctype(name: str, system: str | None, public: str | None, internal: int) -> None:
         # A plain `<!DOCTYPE sdf>` says nothing and harms nothing.
         if system or public or internal:
@@ -65,7 +68,7 @@ def parse_xml(
     parser.EndElementHandler = end
     parser.CharacterDataHandler = builder.data
     parser.EntityDeclHandler = refuse_entity
-    parser.ExternalEntityRefHandler = refuse_entity
+    parser.ExternalEntityRefHandler = refuse_reference
     parser.StartDoctypeDeclHandler = refuse_doctype
     try:
         parser.Parse(data, True)

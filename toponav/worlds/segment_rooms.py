@@ -182,8 +182,10 @@ def _regions(width_m: np.ndarray, resolution_m: float) -> Int32[np.ndarray, "row
     smooth = ndimage.gaussian_filter(width_m, 1.0)
     steps = np.round(smooth / (0.25 * resolution_m)).astype(np.int32)
     highest = ndimage.maximum_filter(steps, size=5)
-    peaks = label_pieces((steps == highest) & free, connectivity=2)
-    basins: Int32[np.ndarray, "rows cols"] = watershed(-width_m, peaks, mask=free)
+    peaks = label_pieces((steps == highest) & free, connectivity=2)  # type: ignore[no-untyped-call]
+    basins: Int32[np.ndarray, "rows cols"] = watershed(  # type: ignore[no-untyped-call]
+        -width_m, peaks, mask=free
+    )
     return basins.astype(np.int32)
 
 
@@ -336,4 +338,5 @@ def _walk(
     inside = ((cells >= 0) & (cells < solid.shape)).all(axis=-1)
     blocked = ~inside
     blocked[inside] = solid[cells[inside][:, 0], cells[inside][:, 1]]
-    return np.where(blocked.any(axis=-1), steps[blocked.argmax(axis=-1)], steps[-1])
+    far: np.ndarray = np.where(blocked.any(axis=-1), steps[blocked.argmax(axis=-1)], steps[-1])
+    return far

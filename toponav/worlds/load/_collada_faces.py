@@ -85,7 +85,7 @@ def geometry_of(element: Element, where: str, notes: Notes) -> ColladaGeometry |
             raise InputError(
                 f"at most {MAX_FACES:,} triangles are read", where=where, remedy="simplify it"
             )
-        good = ((faces >= 0) & (faces < len(vertices))).all(axis=1)
+        good = np.asarray(((faces >= 0) & (faces < len(vertices))).all(axis=1))
         faces = np.where(good[:, None], faces + before, -1)
         pieces.append((vertices, faces, uv))
         symbols.append(primitive.get("material") or "")

@@ -135,7 +135,8 @@ def _centre_line(wall: Wall) -> Float[np.ndarray, "points 2"]:
     steps = max(int(np.ceil(abs(wall.arc_rad) / _ARC_STEP_RAD)), 2)
     angles = np.linspace(0.0, wall.arc_rad, steps + 1)
     cos, sin = np.cos(angles), np.sin(angles)
-    return centre + np.c_[cos * first[0] - sin * first[1], sin * first[0] + cos * first[1]]
+    turned = np.c_[cos * first[0] - sin * first[1], sin * first[0] + cos * first[1]]
+    return np.asarray(centre + turned)
 
 
 def _cut(hole: Hole) -> shapely.Geometry:

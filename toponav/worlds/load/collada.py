@@ -193,4 +193,5 @@ def _turn(axis: Float[np.ndarray, " 3"], angle_rad: float) -> Float[np.ndarray, 
     x, y, z = axis / length
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     turned: np.ndarray = np.eye(3) + np.sin(angle_rad) * cross
-    return turned + (1 - np.cos(angle_rad)) * (cross @ cross)
+    turned += (1 - np.cos(angle_rad)) * (cross @ cross)
+    return turned

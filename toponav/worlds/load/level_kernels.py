@@ -7,9 +7,9 @@ __all__ = ["fill_columns"]
 
 
 @njit(cache=True)
-def fill_columns(
+def fill_columns(  # type: ignore[no-untyped-def]
     vertices, faces, origin_x, origin_y, cell_m, z, layers, owner, owner_top, over, floor
-):  # type: ignore[no-untyped-def]
+):
     """Marks in every column which layers its triangles cross, exactly.
 
     Args:

@@ -104,7 +104,7 @@ def _flattest(parts: Sequence[MeshPart]) -> int:
 
 
 def _finite_flat(part: MeshPart, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    good = ((part.faces >= 0) & (part.faces < len(part.vertices))).all(axis=1)
+    good = np.asarray(((part.faces >= 0) & (part.faces < len(part.vertices))).all(axis=1))
     with np.errstate(all="ignore"):
         area, height = flat_faces(part.vertices, part.faces[good], axis)
     finite = np.isfinite(area) & np.isfinite(height)

@@ -98,7 +98,7 @@ def clean_part(part: MeshPart, notes: Notes) -> MeshPart:
     that name a corner which is not there.
     """
     count = len(part.vertices)
-    good = ((part.faces >= 0) & (part.faces < count)).all(axis=1)
+    good = np.asarray(((part.faces >= 0) & (part.faces < count)).all(axis=1))
     if not good.all():
         notes.add("triangles without a corner left out", int((~good).sum()))
     with np.errstate(invalid="ignore"):

@@ -82,7 +82,9 @@ class PolygonRooms:
         shapes = []
         for number, corners in enumerate(self.polygons_m):
             at = (np.asarray(corners) - grid.origin_m) / grid.resolution_m - 0.5
-            rows, cols = polygon_cells(at[:, 1], at[:, 0], grid.shape)
+            rows, cols = polygon_cells(  # type: ignore[no-untyped-call]
+                at[:, 1], at[:, 0], grid.shape
+            )
             shapes.append((len(rows), number, rows, cols))
         for _, number, rows, cols in sorted(shapes, key=lambda shape: (-shape[0], shape[1])):
             labels[rows, cols] = number

@@ -233,9 +233,11 @@ class _Reader:
             painted = _color(piece.get("color"), "#b0a090")
             part = replace(part, materials=(painted,) * len(part.materials))
         if piece.get("creator"):
-            words = [piece.get(key) or "unknown" for key in ("name", "creator", "license")]
-            plain = ["".join(c if c.isprintable() else " " for c in word)[:300] for word in words]
-            self._credits[Attribution(*plain, self._files.path.name)] = None
+            work, creator, licence = (
+                "".join(c if c.isprintable() else " " for c in piece.get(key) or "unknown")[:300]
+                for key in ("name", "creator", "license")
+            )
+            self._credits[Attribution(work, creator, licence, self._files.path.name)] = None
         return [move_part(replace(part, name=name, semantic=semantic, group=f"{number}"), frame)]
 
     def _model(

@@ -222,7 +222,7 @@ def _part(
     uv = getattr(visual, "uv", None)
     corner_uv = None
     if uv is not None and len(uv) == len(vertices):
-        good = ((faces >= 0) & (faces < len(vertices))).all(axis=1)
+        good = np.asarray(((faces >= 0) & (faces < len(vertices))).all(axis=1))
         corner_uv = np.asarray(uv, np.float32)[:, :2][np.where(good[:, None], faces, 0)]
     if surface is not None:
         if id(surface) not in made:

@@ -173,7 +173,7 @@ class _Materials:
                     material = self._known.get(rest)
                     if material is None:
                         self._notes.add(f"no material {shown(rest, 60)}: grey instead")
-                        material = GREY
+                        material = Material(_plain(rest))
                     number_of[rest] = len(self._listed)
                     self._listed.append(material)
                 surface[first:] = number_of[rest]
@@ -207,9 +207,11 @@ class _Materials:
         texture = self._texture(settings.get("map_kd", ""), library)
         color = linear_rgb(_three(settings.get("kd", ""), 0.8))
         glow = max(_three(settings.get("ke", ""), 0.0))
-        plain = "".join(letter for letter in name if letter.isprintable())[:100] or "material"
         self._known[name] = Material(
-            plain, (1.0, 1.0, 1.0) if texture is not None else color, texture, min(glow, 1.0)
+            _plain(name),
+            (1.0, 1.0, 1.0) if texture is not None else color,
+            texture,
+            min(glow, 1.0),
         )
 
     def _texture(self, line: str, library: str) -> np.ndarray | None:
@@ -223,6 +225,11 @@ class _Materials:
                 self._files, library, reference, self._notes, max_px=self._max_texture_px
             )
         return self._textures[name]
+
+
+def _plain(name: str) -> str:
+    """A name that can be shown."""
+    return "".join(letter for letter in name if letter.isprintable())[:100] or "material"
 
 
 def _without_options(line: str) -> str:
