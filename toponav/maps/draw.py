@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 
 from toponav.core.episode import Belief
 from toponav.core.vocabulary import Behavior, NodeKind
@@ -225,7 +224,7 @@ def _draw_labels(axes: Axes, topological_map: TopologicalMap) -> None:
                 color="0.15",
                 zorder=8,
                 annotation_clip=True,
-                path_effects=[withStroke(linewidth=1.5, foreground="white", alpha=0.8)],
+                bbox={"facecolor": "white", "alpha": 0.6, "edgecolor": "none", "pad": 0.3},
             )
 
 
