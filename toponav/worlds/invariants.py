@@ -11,7 +11,7 @@ from toponav.worlds.free_space import FreeSpace
 from toponav.worlds.grid import SemanticClass
 from toponav.worlds.scene import Door, Scene
 
-__all__ = ["INVARIANTS", "Fault", "check_invariants"]
+__all__ = ["INVARIANTS", "Fault", "check_invariants", "unreachable_rooms"]
 
 INVARIANTS: tuple[str, ...] = (
     "rooms_reachable",
@@ -74,18 +74,23 @@ def check_invariants(scene: Scene, *, views: int = 6, rays: int = 4000) -> list[
     ]
 
 
-def _unreachable(scene: Scene) -> list[Fault]:
-    """Rooms in which less than a robot's footprint can be reached from the largest region."""
+def unreachable_rooms(scene: Scene) -> dict[str, float]:
+    """Rooms of whose floor the robot's centre reaches too little, and how much, in m2."""
     space = FreeSpace.of(scene, _ROBOT_RADIUS_M)
     home = space.component == 1
     cell_m2 = scene.grid.resolution_m**2
-    faults = []
-    for number, room in enumerate(scene.rooms):
-        area_m2 = float((home & (scene.room_index == number)).sum()) * cell_m2
-        if area_m2 < _LEAST_FLOOR_M2:
-            what = f"a robot 0.36 m wide reaches only {area_m2:.2f} m2 of it"
-            faults.append(Fault("rooms_reachable", room.name, what))
-    return faults
+    areas_m2 = {
+        room.name: float((home & (scene.room_index == number)).sum()) * cell_m2
+        for number, room in enumerate(scene.rooms)
+    }
+    return {name: area_m2 for name, area_m2 in areas_m2.items() if area_m2 < _LEAST_FLOOR_M2}
+
+
+def _unreachable(scene: Scene) -> list[Fault]:
+    return [
+        Fault("rooms_reachable", name, f"a robot 0.36 m wide reaches only {area_m2:.2f} m2 of it")
+        for name, area_m2 in unreachable_rooms(scene).items()
+    ]
 
 
 def _narrow_doors(scene: Scene) -> list[Fault]:

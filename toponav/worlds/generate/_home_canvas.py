@@ -14,7 +14,7 @@ from toponav.worlds.grid import SemanticClass
 from toponav.worlds.materials import Attribution, Material
 from toponav.worlds.mesh import SceneMesh
 
-__all__ = ["DRIVING_BAND_M", "Canvas", "Piece", "footprint", "turned_exactly"]
+__all__ = ["DRIVING_BAND_M", "Canvas", "Cells", "Piece", "footprint", "turned_exactly"]
 
 DRIVING_BAND_M = (0.03, 1.3)
 """What lies between these heights blocks a robot, up to the top of its camera's mast."""
@@ -216,4 +216,4 @@ def _samples(shape: Shape, z_m: float) -> np.ndarray:
     # One point in each square of two centimetres is enough.
     square = np.floor(points / 0.02).astype(np.int64)
     _, first = np.unique(square[:, 0] * 100_003 + square[:, 1], return_index=True)
-    return points[np.sort(first)]
+    return np.asarray(points[np.sort(first)])

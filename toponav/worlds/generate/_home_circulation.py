@@ -81,7 +81,8 @@ def links_of(specs: tuple[RoomSpec, ...], walls: list[Border]) -> tuple[list[Lin
         pair = (wall.low, wall.high) if wall.low < wall.high else (wall.high, wall.low)
         if pair not in best or wall.length > best[pair].length:
             best[pair] = wall
-    joined, links, cost = {0}, [], 0.0
+    joined, cost = {0}, 0.0
+    links: list[Link] = []
     while len(joined) < len(specs):
         options = [
             (_entry_cost(specs, outer, inner), outer, inner)

@@ -182,7 +182,8 @@ def _window(canvas: Canvas, run: WallRun, window: Window, palette: Palette) -> N
 def _extent(opening: Opening, before: int, after: int) -> tuple[float, float, float, float]:
     """Bounds x0, x1, y0, y1 of cells about an opening, in metres."""
     rows, cols = opening.box(before, after)
-    return tuple(v * CELL_M for v in (cols.start, cols.stop, rows.start, rows.stop))  # type: ignore[return-value]
+    x0, x1, y0, y1 = (v * CELL_M for v in (cols.start, cols.stop, rows.start, rows.stop))
+    return x0, x1, y0, y1
 
 
 def _lintel(canvas: Canvas, opening: Opening, palettes: list[Palette]) -> None:

@@ -13,6 +13,7 @@ from toponav.worlds.generate._home_shell import CELL_M, Opening, Shell, raise_sh
 from toponav.worlds.generate._home_shell_mesh import build_shell
 from toponav.worlds.generate._home_style import draw_palettes
 from toponav.worlds.generate._home_walls import place_windows, wall_runs
+from toponav.worlds.invariants import unreachable_rooms
 from toponav.worlds.scene import Door, GridFrame, Provenance, Room, Scene
 
 __all__ = ["HELD_OUT_SEEDS", "HOME_VERSION", "generate_home", "home_models"]
@@ -84,8 +85,11 @@ def _build(
     for attempt in range(40):
         rng = np.random.default_rng([seed, attempt])
         shell = _shell(rng, draw_program(rng, rooms))
-        if shell is not None:
-            return _furnished(seed, shell, rng, furniture)
+        if shell is None:
+            continue
+        scene, models = _furnished(seed, shell, rng, furniture)
+        if not unreachable_rooms(scene):
+            return scene, models
     raise AssertionError(f"no home came of seed {seed}")
 
 
