@@ -1,0 +1,1 @@
+"""Training data and episodes of Neural Topological SLAM."""
