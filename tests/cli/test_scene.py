@@ -38,8 +38,8 @@ def test_generated_office_is_a_pure_function_of_its_seed(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["import", "house.world", "--out", "o"], "Gazebo worlds cannot be imported yet"),
-        (["import", "notes.txt", "--out", "o"], "is no yaml file of a map"),
+        (["import", "house.world", "--out", "o"], "house.world: cannot be read: no such file"),
+        (["import", "notes.txt", "--out", "o"], "notes.txt: no such file"),
         (["import", "none.yaml", "--out", "o"], "no such file"),
         (["import", "none.yaml", "--out", "o", "--seed", "-1"], "seed must not be negative"),
         (["generate", "home", "--rooms", "12", "--out", "o"], "a home has 2 to 9 rooms"),

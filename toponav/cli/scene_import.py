@@ -1,6 +1,8 @@
 """`toponav scene import`: any building that a user already has."""
 
 import json
+import sys
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -57,10 +59,14 @@ def import_scene(
         )
     check_out_folder(out)
     options = ImportOptions(units, up, floor_height, tuple(models), seed)
-    with progress(f"Reading {path.name[:40]}") as step:
-        step(0, 2)
+    # Where nobody watches, errors stay one line and no bar is drawn.
+    bar: AbstractContextManager[Any] = (
+        progress(f"Reading {path.name[:40]}") if sys.stderr.isatty() else nullcontext()
+    )
+    with bar as step:
+        if step is not None:
+            step(0, None)
         imported = import_building(path, options)
-        step(1, 2)
         save_scene(imported.scene, out)
     facts: dict[str, Any] = {"read as": imported.kind, **facts_of(imported.scene, out)}
     if as_json:
