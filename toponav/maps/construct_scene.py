@@ -12,9 +12,10 @@ from jaxtyping import Int32
 from toponav.core.errors import InputError
 from toponav.core.geometry import angle_difference
 from toponav.core.vocabulary import Behavior, NodeKind, RoomKind
+from toponav.maps._corridor import Corridor
 from toponav.maps._node_sizes import sizes_for_passing
 from toponav.maps._openings import find_openings, grown_rooms
-from toponav.maps._passages import Corridor, Passages, passages_of
+from toponav.maps._passages import Passages, passages_of
 from toponav.maps._places import Place, places_of
 from toponav.maps._rooms import RoomNodes, room_nodes
 from toponav.maps._segmented import with_rooms
