@@ -18,13 +18,14 @@ from toponav.sim.robots import TURTLEBOT2, DifferentialRobot
 from toponav.sim.sensor_noise import DepthSensor, DepthSensorNoise
 from toponav.worlds.scene import Scene, SemanticClass
 
-__all__ = ["CONTROL_PERIOD_S", "PhysicsError", "SimState", "Simulation"]
+__all__ = ["CONTROL_PERIOD_S", "TIMESTEP_S", "PhysicsError", "SimState", "Simulation"]
 
 CONTROL_PERIOD_S = 0.2
 """Time between commands: GraphNav runs at 5 Hz."""
 
-_TIMESTEP_S = 0.004
-_SUBSTEPS = round(CONTROL_PERIOD_S / _TIMESTEP_S)
+TIMESTEP_S = 0.004
+"""Time between two states of the physics."""
+_SUBSTEPS = round(CONTROL_PERIOD_S / TIMESTEP_S)
 _SETTLE_STEPS = 250
 _UPRIGHT = math.cos(math.radians(20.0))
 
@@ -99,14 +100,14 @@ class Simulation:
         )
         self._backend = backend
         self._renderer: DepthRenderer | None = None
-        building = build_model(scene, robot, _TIMESTEP_S)
+        building = build_model(scene, robot, TIMESTEP_S)
         self._model = building.model
         self._body_geom = building.body_geom
         self._box_semantic = building.box_semantic
         self._data = mujoco.MjData(self._model)
         self._state: SimState | None = None
         self._setpoint = (0.0, 0.0)
-        self._steps = 0
+        self._substeps = 0
         self._rest_height_m, self._rest_pitch_rad = self._settle()
 
     def reset(self, pose: Pose2) -> SimState:
@@ -125,7 +126,7 @@ class Simulation:
             )
         self._place(pose, self._rest_height_m, self._rest_pitch_rad)
         self._setpoint = (0.0, 0.0)
-        self._steps = 0
+        self._substeps = 0
         self._state = self._measure(self._touched())
         return self._state
 
@@ -138,22 +139,37 @@ class Simulation:
             InputError: If the command is not finite, or nothing was reset yet.
             PhysicsError: If the robot tips over.
         """
+        return self.advance(command, _SUBSTEPS)
+
+    def advance(self, command: Velocity, substeps: int, *, brakes: bool = False) -> SimState:
+        """The state after driving for so many physics steps of `TIMESTEP_S`.
+
+        Args:
+            command: As `step` takes it.
+            substeps: How many; `step` takes 50.
+            brakes: Whether the wheels are told the command at once, as a base does that stops
+                because nobody commands it any more; the wheels' torque is the limit then.
+
+        Raises:
+            InputError: As `step` does.
+            PhysicsError: As `step` does.
+        """
         self._require_state()
         if not (math.isfinite(command.linear_m_s) and math.isfinite(command.angular_rad_s)):
             raise InputError(
                 f"a velocity must be finite, got ({command.linear_m_s}, {command.angular_rad_s})",
-                where=f"control step {self._steps}",
+                where=f"control step {self._substeps // _SUBSTEPS}",
                 remedy="stop the robot instead of sending what was computed",
             )
         goal = self.limits.clip(command)
         contact: str | None = None
         found = self._data.sensordata
-        for _ in range(_SUBSTEPS):
-            self._ramp(goal)
+        for _ in range(substeps):
+            self._ramp(goal, brakes)
             mujoco.mj_step(self._model, self._data)
             if contact is None and found[0] > 0:
                 contact = self._touched()
-        self._steps += 1
+        self._substeps += substeps
         self._state = self._measure(contact)
         return self._state
 
@@ -178,9 +194,8 @@ class Simulation:
             assert seen.depth_m is not None
             depth_m = seen.depth_m
         if self._noise is not None:
-            depth_m = self._noise(
-                depth_m, np.random.default_rng([self.sensor_seed, self._steps]), rgb
-            )
+            seed = [self.sensor_seed, self._substeps // _SUBSTEPS]
+            depth_m = self._noise(depth_m, np.random.default_rng(seed), rgb)
         return Observation(depth_m, state.time_s, rgb, semantic, instance)
 
     @property
@@ -208,13 +223,18 @@ class Simulation:
             )
         return self._state
 
-    def _ramp(self, goal: Velocity) -> None:
+    def _ramp(self, goal: Velocity, brakes: bool) -> None:
         """Moves the wheels' setpoints towards the command by what one physics step allows."""
         linear, angular = self._setpoint
         if linear == goal.linear_m_s and angular == goal.angular_rad_s:
             return
-        linear = _approach(linear, goal.linear_m_s, self.limits.linear_m_s2 * _TIMESTEP_S)
-        angular = _approach(angular, goal.angular_rad_s, self.limits.angular_rad_s2 * _TIMESTEP_S)
+        if brakes:
+            linear, angular = goal.linear_m_s, goal.angular_rad_s
+        else:
+            linear = _approach(linear, goal.linear_m_s, self.limits.linear_m_s2 * TIMESTEP_S)
+            angular = _approach(
+                angular, goal.angular_rad_s, self.limits.angular_rad_s2 * TIMESTEP_S
+            )
         self._setpoint = (linear, angular)
         turn = angular * self.robot.wheel_separation_m / 2
         control = self._data.ctrl
@@ -254,7 +274,7 @@ class Simulation:
     def _measure(self, contact: str | None) -> SimState:
         x, y, z, qw, qx, qy, qz = self._data.qpos[:7].tolist()
         vx, vy, _, _, _, turn = self._data.qvel[:6].tolist()
-        time_s = round(self._steps * CONTROL_PERIOD_S, 9)
+        time_s = round(self._substeps * TIMESTEP_S, 9)
         upright = 1.0 - 2.0 * (qx * qx + qy * qy)
         # Written so that a NaN fails it.
         if not (upright > _UPRIGHT and abs(x + y + z + vx + vy + turn) < 1e9):
