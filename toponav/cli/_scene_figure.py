@@ -73,7 +73,9 @@ def _draw_view(ax: "Axes", scene: "Scene", camera: Camera, pose: Pose2) -> None:
     if find_spec("embreex") is None:
         ax.imshow(renderer.render(pose), cmap="viridis_r", vmin=0, vmax=camera.max_depth_m)
     else:
-        ax.imshow(renderer.render_images(pose, ("rgb",)).rgb)
+        rgb = renderer.render_images(pose, ("rgb",)).rgb
+        assert rgb is not None
+        ax.imshow(rgb)
     ax.set_axis_off()
 
 
@@ -115,7 +117,7 @@ def view_poses(scene: "Scene", views: int) -> list[Pose2]:
     anchors = room_anchors_m(scene)
     free = FreeSpace.of(scene, 0.2).free
     sizes = np.bincount(scene.room_index[scene.room_index >= 0], minlength=len(scene.rooms))
-    poses = []
+    poses: list[Pose2] = []
     for number in np.argsort(-sizes, kind="stable"):
         cells = np.argwhere(free & (scene.room_index == number))
         if len(poses) >= views or not len(cells):
@@ -134,10 +136,10 @@ def _middle(scene: "Scene", pose: Pose2) -> Pose2:
     from toponav.worlds.free_space import FreeSpace
 
     number = scene.room_number(scene.room_at(pose.x_m, pose.y_m) or "")
-    place = room_anchors_m(scene)[number]
+    middle_x_m, middle_y_m = room_anchors_m(scene)[number].tolist()
     space = FreeSpace.of(scene, 0.2)
     try:
-        x_m, y_m = scene.grid.center_of(*space.nearest_free(*place.tolist(), within_m=3.0))
+        x_m, y_m = scene.grid.center_of(*space.nearest_free(middle_x_m, middle_y_m, within_m=3.0))
     except InputError:
         return pose
     return Pose2(x_m, y_m, pose.yaw_rad)

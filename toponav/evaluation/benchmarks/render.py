@@ -6,21 +6,23 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from jaxtyping import Float32
 
-from toponav.core.camera import PinholeCamera
+from toponav.core.camera import PanoramaCamera, PinholeCamera
 from toponav.core.geometry import Pose2
 from toponav.evaluation.benchmarks.building import benchmark_suite
 from toponav.evaluation.benchmarks.record import Benchmark
 from toponav.sim.render import make_renderer
 from toponav.worlds.free_space import FreeSpace
+from toponav.worlds.generate.home import generate_home
 from toponav.worlds.scene import Scene
 
-__all__ = ["frames_per_second", "measure_render"]
+__all__ = ["frames_per_second", "furnished_rates", "measure_render"]
 
 _CAMERAS = {
     "320x240": PinholeCamera(),
     "80x60": PinholeCamera(width=80, height=60),
     "panorama_512x128": PinholeCamera(width=512, height=128, hfov_rad=np.pi / 2),
 }
+_HOME_SEED = 0
 _FRAMES = {"grid": 200, "packets": 20, "embreex": 20}
 
 
@@ -48,8 +50,11 @@ def measure_render(repeats: int = 5, seed: int = 0) -> Benchmark:
         for backend, prefix in (("packets", ""), ("grid", "grid_")):
             ratio = np.median(rates[backend] / rates["embreex"])
             metrics[f"{prefix}depth_{size}_speedup_over_embreex"] = float(ratio)
+    home = generate_home(_HOME_SEED)
+    metrics |= furnished_rates(home, repeats, seed)
     settings = {
         "building": scene.name,
+        "furnished": {"home_seed": _HOME_SEED, "triangles": len(home.mesh.faces)},
         "triangles": len(scene.mesh.faces),
         "seed": seed,
         "repeats": repeats,
@@ -57,6 +62,39 @@ def measure_render(repeats: int = 5, seed: int = 0) -> Benchmark:
         "per_core": "frames per second of processor time of one process with one thread",
     }
     return Benchmark("render", metrics, settings)
+
+
+def furnished_rates(
+    home: Scene, repeats: int, seed: int = 0, frames: int = _FRAMES["packets"]
+) -> dict[str, float]:
+    """Median rates of the panorama in colour and depth, and of depth, where furniture stands.
+
+    Args:
+        home: A building with an explicit mesh, textures and furniture.
+        repeats: How often each camera is timed, cameras taking turns.
+        seed: Seed of the viewpoints.
+        frames: How many frames each camera renders at a time.
+    """
+    panorama = make_renderer(home, PanoramaCamera())
+    depth = make_renderer(home, PinholeCamera())
+    shots: dict[str, Callable[[Pose2], object]] = {
+        "panorama_rgbd_128x512_fps_per_core": lambda pose: panorama.render_images(
+            pose, ("rgb", "depth")
+        ),
+        "panorama_all_128x512_fps_per_core": panorama.render_images,
+        "depth_320x240_furnished_fps_per_core": depth.render,
+    }
+    poses = _viewpoints(home, frames, seed)
+    for shoot in shots.values():
+        shoot(poses[0])
+    rates: dict[str, list[float]] = {name: [] for name in shots}
+    for _ in range(repeats):
+        for name, shoot in shots.items():
+            start_s = time.process_time()
+            for pose in poses:
+                shoot(pose)
+            rates[name].append(frames / (time.process_time() - start_s))
+    return {name: float(np.median(values)) for name, values in rates.items()}
 
 
 def frames_per_second(

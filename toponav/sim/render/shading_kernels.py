@@ -235,18 +235,16 @@ def _texel(texels, places, copy, s, t):  # type: ignore[no-untyped-def]
     channels cost one multiplication per texel.
     """
     start, height, width = places[copy, 0], places[copy, 1], places[copy, 2]
-    wide, high = np.float32(width), np.float32(height)
-    x = s * wide - _HALF
-    y = -t * high - _HALF
-    x -= np.floor(x / wide) * wide
-    y -= np.floor(y / high) * high
-    left, top = np.int32(x), np.int32(y)
-    fx = np.uint64((x - np.float32(left)) * _WEIGHTS)
-    fy = np.uint64((y - np.float32(top)) * _WEIGHTS)
-    left = left - width if left >= width else left
-    top = top - height if top >= height else top
-    right = left + 1 if left + 1 < width else 0
-    low = top + 1 if top + 1 < height else 0
+    # Half a texel on: positive numbers are rounded down by cutting off what follows the point.
+    x = (s - np.floor(s)) * np.float32(width) + _HALF
+    y = (_ONE - (t - np.floor(t))) * np.float32(height) + _HALF
+    right, low = np.int32(x), np.int32(y)
+    fx = np.uint64((x - np.float32(right)) * _WEIGHTS)
+    fy = np.uint64((y - np.float32(low)) * _WEIGHTS)
+    left = right - 1 if right > 0 else width - 1
+    top = low - 1 if low > 0 else height - 1
+    right = right if right < width else 0
+    low = low if low < height else 0
     gx, gy = np.uint64(64) - fx, np.uint64(64) - fy
     upper, lower = start + top * width, start + low * width
     return (
