@@ -216,7 +216,7 @@ CROP_FAMILY = WeightsFamily(
 def _is_metric(weights: str | None) -> bool:
     from toponav.models.checkpoints import holds_metric_weights
 
-    return weights is not None and holds_metric_weights(weights)
+    return holds_metric_weights(weights or "best")
 
 
 def _metric_graphnav(context: AgentContext) -> Agent[NavigationTask]:
@@ -280,7 +280,12 @@ FAMILIES: Sequence[WeightsFamily] = (METRIC_FAMILY, CROP_FAMILY)
 
 def _by_family(name: str) -> Builder:
     def build(context: AgentContext) -> Agent[NavigationTask]:
-        family = next(one for one in FAMILIES if one.owns(context.weights))
+        # What ships holds both kinds; weights that are named are of one.
+        family = next(
+            one
+            for one in FAMILIES
+            if one.owns(context.weights) and (context.weights or name in one.builders)
+        )
         if name not in family.builders:
             raise InputError(
                 f"there is no {name} for weights of the kind '{family.name}'",
@@ -371,7 +376,7 @@ def check_weights(weights: str | None, names: Iterable[str]) -> None:
     if any(name in AGENTS and AGENTS[name].is_learned for name in names):
         from toponav.models.checkpoints import load_any_weights
 
-        load_any_weights(weights or "compact")
+        load_any_weights(weights or "best")
 
 
 def make_agent(name: str, context: AgentContext) -> Agent[NavigationTask]:
