@@ -147,7 +147,7 @@ def load_sh3f(
         InputError: It is no such library; the message names the file and the property.
 
     Example:
-        >>> load_sh3f("Scopia.sh3f").of("bed")[0].size_m
+        >>> load_sh3f("Scopia.sh3f").of("bed")[0].size_m  # doctest: +SKIP
         (1.705, 2.165, 0.922)
     """
     path = Path(path)

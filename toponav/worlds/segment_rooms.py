@@ -121,8 +121,8 @@ def segment_rooms(
         >>> plan[1:21, 1:21] = plan[1:21, 22:42] = False
         >>> plan[8:12, 21] = False
         >>> found = segment_rooms(plan, 0.2)
-        >>> found.rooms, round(found.doors[0].width_m, 1)
-        (2, 0.8)
+        >>> found.rooms, found.doors[0].rooms
+        (2, (0, 1))
     """
     shapes = shapes or RoomShapes()
     walls = _without_loose(occupied, shapes.loose_m / resolution_m)

@@ -90,8 +90,8 @@ def import_building(path: str | Path, options: ImportOptions | None = None) -> I
         InputError: It is of no known format, or broken; the message names the place.
 
     Example:
-        >>> import_building("small_house.world").scene.rooms[0].name
-        'living_room_1'
+        >>> import_building("graphnav_areas/area_3.yaml").kind
+        'Stanford area'
     """
     path, options = Path(path), options or ImportOptions()
     kind = _kind(path)

@@ -23,8 +23,8 @@ def read_properties(data: bytes, where: str) -> dict[str, str]:
         InputError: It has too many lines, or is no text.
 
     Example:
-        >>> read_properties(b"name#1=Caf\\\\u00e9 \\\\\\n  table", "example")
-        {'name#1': 'Café table'}
+        >>> read_properties(b"name#1 = Coffee\\u0020table", "example")
+        {'name#1': 'Coffee table'}
     """
     if b"\0" in data[:4096]:
         raise InputError("is no text", where=where, remedy="copy the file again")
