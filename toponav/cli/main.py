@@ -28,6 +28,7 @@ _MODULES = {
     "eval": "toponav.cli.eval",
     "tables": "toponav.cli.tables",
     "figures": "toponav.cli.figures",
+    "ros": "toponav.cli.ros",
     "bench": "toponav.cli.bench",
 }
 

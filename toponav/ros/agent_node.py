@@ -1,0 +1,326 @@
+"""An agent as a ROS 2 node: the action FollowPlan against any robot with depth and cmd_vel.
+
+Call `toponav.ros.runtime.start` before importing this.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import Twist, TwistStamped
+from jaxtyping import Float32
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import CameraInfo, Image
+from toponav_msgs.action import FollowPlan
+
+from toponav.core.camera import PinholeCamera
+from toponav.core.episode import Agent, Velocity, VelocityLimits
+from toponav.core.errors import InputError
+from toponav.maps.spec import TopologicalMap
+from toponav.maps.task import NavigationTask
+from toponav.ros import _fill, _qos
+from toponav.ros.agent_loop import STOP, DriveConfig, DriveLoop, DriveResult, Progress
+from toponav.ros.conversions import CameraModel, Reprojector, depth_of_image
+from toponav.ros.presets import RobotPreset, robot_preset
+from toponav.ros.tasks import task_of_goal
+from toponav.ros.watchdog import Watchdog, WatchdogConfig
+
+__all__ = ["AgentNode", "AgentNodeConfig"]
+
+_NS: Final = 10**9
+_WATCH_S: Final = 0.05
+_WAIT_S: Final = 0.1
+
+
+@dataclass(frozen=True)
+class AgentNodeConfig:
+    """What the node needs besides map and agent."""
+
+    robot: RobotPreset = field(default_factory=lambda: robot_preset("toponav"))
+    """Names of the robot's topics."""
+    use_sim_time: bool = False
+    """Whether time comes from /clock; commands then carry the stamp of the frame they answer."""
+    watchdog: WatchdogConfig = WatchdogConfig()
+    drive: DriveConfig = DriveConfig()
+
+
+class _Frame(NamedTuple):
+    depth_m: Float32[np.ndarray, "height width"]
+    stamp_ns: int
+
+
+class AgentNode(Node):  # type: ignore[misc]
+    """Drives a robot along plans, under a watchdog that runs in a thread of its own.
+
+    Args:
+        map_: The topological map.
+        load_agent: Makes the agent, given the camera.
+        camera: The camera that the agent was trained with, at this robot's height.
+        config: Everything else.
+    """
+
+    def __init__(
+        self,
+        map_: TopologicalMap,
+        load_agent: Callable[[PinholeCamera], Agent[NavigationTask]],
+        camera: PinholeCamera,
+        config: AgentNodeConfig,
+    ) -> None:
+        time_source = Parameter("use_sim_time", Parameter.Type.BOOL, config.use_sim_time)
+        super().__init__("toponav_agent", parameter_overrides=[time_source])
+        self._map, self._camera, self.config = map_, camera, config
+        self._agent = load_agent(camera)
+        self._warm_up()
+        limits = config.robot.limits
+        self.declare_parameter("max_linear_m_s", limits.linear_m_s)
+        self.declare_parameter("max_angular_rad_s", limits.angular_rad_s)
+        self._watchdog = Watchdog(config.watchdog)
+        self._loop: DriveLoop | None = None
+        self._busy = threading.Lock()
+        self._sending = threading.Lock()
+        self._fresh = threading.Condition()
+        self._frame: _Frame | None = None
+        self._reprojector: Reprojector | None = None
+        self._complaint = ""
+        self._closing = threading.Event()
+        kind = TwistStamped if config.robot.stamped else Twist
+        self._commands = self.create_publisher(kind, config.robot.cmd_vel, _qos.COMMAND)
+        sensors = MutuallyExclusiveCallbackGroup()
+        self.create_subscription(
+            Image, config.robot.depth, self._on_depth, _qos.SENSOR, callback_group=sensors
+        )
+        self.create_subscription(
+            CameraInfo,
+            config.robot.camera_info,
+            self._on_info,
+            _qos.SENSOR,
+            callback_group=sensors,
+        )
+        self._server = ActionServer(
+            self,
+            FollowPlan,
+            "follow_plan",
+            self._follow_plan,
+            goal_callback=lambda _: GoalResponse.ACCEPT,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
+        )
+        self._watcher = threading.Thread(target=self._watch, name="watchdog", daemon=True)
+        self._watcher.start()
+
+    def now_s(self) -> float:
+        """ROS time: the system's clock, or the simulator's."""
+        seconds: float = self.get_clock().now().nanoseconds / _NS
+        return seconds
+
+    def run(self) -> None:
+        """Serve until ROS shuts down; the robot is told to stop at the end."""
+        executor = MultiThreadedExecutor(num_threads=4)
+        executor.add_node(self)
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            pass
+        finally:
+            self._closing.set()
+            if rclpy.ok():
+                self._send(STOP, None)
+            executor.shutdown(timeout_sec=1.0)
+
+    def _warm_up(self) -> None:
+        """A first decision on a made-up frame, so that compiling delays no robot."""
+        edge = self._map.edges[0]
+        task = task_of_goal(self._map, nodes=(edge.source, edge.target))
+        loop = DriveLoop(self._agent, task, DriveConfig(), Watchdog())
+        rows = np.linspace(1.0, 2.0, self._camera.width, dtype=np.float32)
+        frame = np.tile(rows, (self._camera.height, 1))
+        for number in range(2):
+            loop.step(frame + np.float32(number), float(number), lambda: 0.0)
+
+    # Frames.
+
+    def _on_info(self, message: CameraInfo) -> None:
+        model = CameraModel(
+            message.width, message.height, message.k[0], message.k[4], message.k[2], message.k[5]
+        )
+        known = self._reprojector
+        if known is not None and known.source == model:
+            return
+        try:
+            self._reprojector = Reprojector(model, self._camera)
+        except InputError as error:
+            self._complain(str(error))
+            return
+        share = self._reprojector.seen_share
+        if share < 0.95:
+            self.get_logger().warning(
+                f"this camera covers {share:.0%} of what the networks were trained to see; "
+                "expect worse driving, and see docs/ros.md for what helps"
+            )
+
+    def _on_depth(self, message: Image) -> None:
+        if self._loop is None or self._reprojector is None:
+            return
+        try:
+            depth_m = depth_of_image(
+                message.encoding,
+                message.height,
+                message.width,
+                message.step,
+                bool(message.is_bigendian),
+                message.data,
+            )
+            seen = self._reprojector(depth_m)
+        except InputError as error:
+            self._complain(str(error))
+            return
+        with self._fresh:
+            self._frame = _Frame(seen, _fill.stamp_ns(message.header))
+            self._fresh.notify_all()
+
+    def _complain(self, what: str) -> None:
+        """Log a fault of the robot's messages, once."""
+        if what != self._complaint:
+            self._complaint = what
+            self.get_logger().error(what)
+
+    def _next_frame(self, after_ns: int) -> _Frame | None:
+        with self._fresh:
+            if self._frame is None or self._frame.stamp_ns <= after_ns:
+                self._fresh.wait(_WAIT_S)
+            frame = self._frame
+        return frame if frame is not None and frame.stamp_ns > after_ns else None
+
+    # Commands.
+
+    def _send(self, command: Velocity, stamp_ns: int | None) -> None:
+        time_ns = stamp_ns if stamp_ns is not None and self.config.use_sim_time else None
+        if time_ns is None:
+            time_ns = self.get_clock().now().nanoseconds
+        message = _fill.twist_message(command, self.config.robot.stamped, time_ns)
+        with self._sending:
+            self._commands.publish(message)
+
+    def _watch(self) -> None:
+        """Twenty times a second: zero velocity while something is wrong."""
+        while not self._closing.wait(_WATCH_S):
+            loop = self._loop
+            if loop is None or not rclpy.ok():
+                continue
+            because = self._watchdog.fault(self.now_s())
+            if because:
+                loop.overrule(because)
+                self._send(STOP, None)
+
+    # The action.
+
+    def _limits(self) -> VelocityLimits:
+        linear = self.get_parameter("max_linear_m_s").value
+        angular = self.get_parameter("max_angular_rad_s").value
+        of_robot = self.config.robot.limits
+        return VelocityLimits(
+            min(max(linear, 0.0), of_robot.linear_m_s),
+            min(max(angular, 0.0), of_robot.angular_rad_s),
+            of_robot.linear_m_s2,
+            of_robot.angular_rad_s2,
+        )
+
+    def _follow_plan(self, handle: Any) -> Any:
+        if not self._busy.acquire(blocking=False):
+            return self._finish(handle, _rejected("another goal is being driven to"))
+        try:
+            result = self._drive(handle)
+        except InputError as error:
+            result = _rejected(str(error))
+        except Exception as error:
+            self.get_logger().error(f"the agent failed: {error!r}")
+            result = DriveResult("fault", f"the agent failed: {error!r}", "", 0.0, 0)
+        finally:
+            self._loop = None
+            self._send(STOP, None)
+            self._busy.release()
+        return self._finish(handle, result)
+
+    def _drive(self, handle: Any) -> DriveResult:
+        goal = handle.request
+        task = task_of_goal(
+            self._map, start=goal.start_node, goal=goal.goal, nodes=tuple(goal.nodes)
+        )
+        reseed = getattr(self._agent, "reseed", None)
+        if reseed is not None:
+            reseed(goal.seed)
+        self._watchdog.start(self.now_s())
+        drive = self.config.drive
+        config = DriveConfig(
+            self._limits(),
+            drive.period_s,
+            drive.arrived_steps,
+            drive.fault_s,
+            drive.timeout_s,
+            self._camera.max_depth_m,
+        )
+        with self._fresh:
+            self._frame = None
+        self._loop = loop = DriveLoop(
+            self._agent, task, config, self._watchdog, until_cancelled=goal.until_cancelled
+        )
+        return self._follow(handle, loop)
+
+    def _follow(self, handle: Any, loop: DriveLoop) -> DriveResult:
+        last_ns, waiting_since_s = -1, time.monotonic()
+        while rclpy.ok():
+            if handle.is_cancel_requested:
+                return loop.result("cancelled", "the goal was cancelled")
+            frame = self._next_frame(last_ns)
+            if frame is None:
+                if time.monotonic() - waiting_since_s > loop.fault_s:
+                    because = loop.stopped_because or "no depth frame and no camera_info came"
+                    return loop.result("fault", because)
+                continue
+            last_ns, waiting_since_s = frame.stamp_ns, time.monotonic()
+            stamp_s = frame.stamp_ns / _NS
+            if not loop.wants(stamp_s):
+                continue
+            progress = loop.step(frame.depth_m, stamp_s, self.now_s)
+            self._send(progress.command, frame.stamp_ns)
+            handle.publish_feedback(_feedback(progress))
+            ended = loop.ended(stamp_s)
+            if ended is not None:
+                return ended
+        return loop.result("cancelled", "ROS is shutting down")
+
+    def _finish(self, handle: Any, result: DriveResult) -> Any:
+        if result.success:
+            handle.succeed()
+        elif result.outcome == "cancelled" and handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        message = FollowPlan.Result(success=result.success, outcome=result.outcome)
+        message.reason, message.node = result.reason, result.node
+        message.progress, message.steps = float(result.share), result.steps
+        self.get_logger().info(f"{result.outcome}: {result.reason}")
+        return message
+
+
+def _rejected(reason: str) -> DriveResult:
+    return DriveResult("rejected", reason, "", 0.0, 0)
+
+
+def _feedback(progress: Progress) -> Any:
+    belief = progress.belief
+    message = FollowPlan.Feedback(node=belief.node or "", edge=belief.edge or "")
+    message.behavior = "" if belief.behavior is None else str(belief.behavior)
+    message.edges = list(belief.edge_probability)
+    message.probability = [float(each) for each in belief.edge_probability.values()]
+    message.progress = float(progress.share)
+    message.stopped_because = progress.stopped_because
+    return message
