@@ -77,12 +77,13 @@ class Ground:
         """Row and column of the cells that hold points, the nearest on the grid's edge outside."""
         col_row = np.floor((xy_m - np.asarray(self.grid.origin_m)) / self.grid.resolution_m)
         most = np.array([self.grid.cols - 1, self.grid.rows - 1])
-        return np.clip(col_row, 0, most)[:, ::-1].astype(np.int32)
+        cells: np.ndarray = np.clip(col_row, 0, most)[:, ::-1].astype(np.int32)
+        return cells
 
     def centers_of(self, cells: Int32[np.ndarray, "cells 2"]) -> Float32[np.ndarray, "cells 2"]:
         """Centres of cells, x and y in metres."""
         centers = (cells[:, ::-1] + 0.5) * self.grid.resolution_m + np.asarray(self.grid.origin_m)
-        return centers.astype(np.float32)
+        return np.asarray(centers, np.float32)
 
     def save(self, path: Path) -> None:
         """Writes it as a NumPy archive."""

@@ -226,7 +226,8 @@ def _collect_home(task: tuple[Path, PanoramaConfig, int]) -> None:
     for number in range(count):
         pose = sample_pose(ground, config.seed, seed, number)
         seen = renderer.render_images(pose, ("rgb", "depth"))
-        assert seen.depth_m is not None and seen.rgb is not None
+        assert seen.depth_m is not None
+        assert seen.rgb is not None
         rgb[number] = seen.rgb
         depth_mm[number] = np.rint(seen.depth_m * _MILLIMETRES)
         poses[number] = pose
