@@ -23,7 +23,7 @@ def read_properties(data: bytes, where: str) -> dict[str, str]:
         InputError: It has too many lines, or is no text.
 
     Example:
-        >>> read_properties(b"name#1 = Coffee\\u0020table", "example")
+        >>> read_properties(b"name#1 = Coffee table", "example")
         {'name#1': 'Coffee table'}
     """
     if b"\0" in data[:4096]:
