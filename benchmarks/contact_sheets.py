@@ -26,7 +26,7 @@ from toponav.worlds.generate.office import generate_office
 from toponav.worlds.scene import Scene
 
 _PLAN_PX, _VIEW_PX, _GAP_PX, _COLUMNS = 236, (232, 174), 6, 3
-_MAX_COLORS = 160
+_MAX_COLORS = 256
 _CAMERA = PinholeCamera(
     width=_VIEW_PX[0],
     height=_VIEW_PX[1],
@@ -80,7 +80,7 @@ def _cell(scene: Scene, number: int, views: int) -> Image.Image:
     for place, (title, image) in enumerate(_views(scene, number, views)):
         left = _PLAN_PX + _GAP_PX + place * (_VIEW_PX[0] + _GAP_PX)
         cell.paste(Image.fromarray(image), (left, 16 + (_PLAN_PX - _VIEW_PX[1]) // 2))
-        draw.text((left, _PLAN_PX - 28), title, fill="#3a4148")
+        draw.text((left, 16 + (_PLAN_PX + _VIEW_PX[1]) // 2 + 2), title, fill="#3a4148")
     return cell
 
 
@@ -143,7 +143,8 @@ def _sheet(cells: Sequence[Image.Image]) -> Image.Image:
 def _save(sheet: Image.Image, path: Path) -> str:
     """The file written, with few colours to stay small."""
     buffer = io.BytesIO()
-    sheet.quantize(_MAX_COLORS, dither=Image.Dither.NONE).save(buffer, "PNG", optimize=True)
+    few = sheet.quantize(_MAX_COLORS, dither=Image.Dither.FLOYDSTEINBERG)
+    few.save(buffer, "PNG", optimize=True)
     write_atomically(path, buffer.getvalue())
     return f"{path}: {len(buffer.getvalue()) / 1e6:.2f} MB"
 
