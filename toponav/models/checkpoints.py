@@ -32,6 +32,8 @@ from toponav.models.graphnav.metric.pose_network import PoseNetwork
 from toponav.models.graphnav.metric.presets import PoseConfig, SteeringConfig
 from toponav.models.graphnav.metric.steering import SteeringNetwork
 from toponav.models.graphnav.presets import BehaviorConfig, LocalizationConfig
+from toponav.models.nts.network import NTSNetwork
+from toponav.models.nts.presets import NTSConfig
 
 __all__ = [
     "SCHEMA_VERSION",
@@ -44,6 +46,7 @@ __all__ = [
     "load_behavrnn",
     "load_checkpoint",
     "load_metric_weights",
+    "load_nts",
     "load_phasenet",
     "load_weights",
     "save_checkpoint",
@@ -53,7 +56,13 @@ __all__ = [
 SCHEMA_VERSION = 1
 
 Network = (
-    BehaviorNetwork | LocalizationNetwork | PhaseNet | BehavRNN | PoseNetwork | SteeringNetwork
+    BehaviorNetwork
+    | LocalizationNetwork
+    | PhaseNet
+    | BehavRNN
+    | PoseNetwork
+    | SteeringNetwork
+    | NTSNetwork
 )
 
 _REGISTRY: dict[str, tuple[type[Network], type[Any]]] = {
@@ -63,6 +72,7 @@ _REGISTRY: dict[str, tuple[type[Network], type[Any]]] = {
     "behavrnn": (BehavRNN, BehavRNNConfig),
     "pose": (PoseNetwork, PoseConfig),
     "steering": (SteeringNetwork, SteeringConfig),
+    "nts": (NTSNetwork, NTSConfig),
 }
 _MOST_BYTES = 2 << 30
 _MOST_HEADER_BYTES = 1 << 20
@@ -251,6 +261,32 @@ def load_behavrnn(name_or_dir: str | Path = "compact") -> BehavRNN:
     """
     network = _load_baseline(name_or_dir, BehavRNN.kind)
     assert isinstance(network, BehavRNN)
+    return network
+
+
+def load_nts(name_or_dir: str | Path = "nts", *, depth: bool) -> NTSNetwork:
+    """The network of Neural Topological SLAM of a folder, or the one that ships.
+
+    Args:
+        name_or_dir: A folder with `nts_rgb.safetensors` or `nts_rgbd.safetensors`, such as
+            `toponav train nts` writes, or `nts` for the weights that ship.
+        depth: Whether it is the one that sees depth besides colour.
+
+    Raises:
+        InputError: There is none, or its files are broken.
+    """
+    name = "nts_rgbd" if depth else "nts_rgb"
+    path = _find_weights(name_or_dir) / f"{name}.safetensors"
+    if not path.is_file():
+        raise InputError(
+            f"these weights have no {name}",
+            where=str(path),
+            remedy=f"train one: `toponav train nts --data PANORAMAS --out {path.parent}`, or use "
+            "the one that ships: nts",
+        )
+    network = load_checkpoint(path)
+    if not isinstance(network, NTSNetwork) or network.config.depth is not depth:
+        raise InputError(f"this is not {name}", where=str(path), remedy=_TRAIN_AGAIN)
     return network
 
 
