@@ -3,6 +3,7 @@
 import json as json_module
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -93,10 +94,8 @@ def ros_sim(
     with ros_context():
         node = SimNode(simulation, at, config)
         print(f"simulating {loaded.name}; Ctrl-C ends it", file=sys.stderr)
-        try:
+        with suppress(KeyboardInterrupt):
             node.run(lambda: seconds is not None and node.robot.time_ns >= seconds * 1e9)
-        except KeyboardInterrupt:
-            pass
         if report is not None:
             _write_report(node, report)
     return 0
@@ -159,10 +158,8 @@ def ros_agent(
             AgentNodeConfig(preset, sim_time),
         )
         print(f"{agent} is ready on map {loaded.name}; Ctrl-C ends it", file=sys.stderr)
-        try:
+        with suppress(KeyboardInterrupt):
             node.run()
-        except KeyboardInterrupt:
-            pass
     return 0
 
 
@@ -248,10 +245,8 @@ def ros_record(
     with ros_context():
         node = RecordNode(task, _camera(preset), preset, out, building, sim_time)
         print(f"recording to {out}; Ctrl-C ends it", file=sys.stderr)
-        try:
+        with suppress(KeyboardInterrupt):
             node.run(seconds)
-        except KeyboardInterrupt:
-            pass
         frames = node.finish(outcome)
     print(f"{frames} frames in {out}")
     return 0

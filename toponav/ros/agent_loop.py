@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -25,7 +25,7 @@ _MOST_STAND_INS: Final = 3
 class DriveConfig:
     """What holds for every drive."""
 
-    limits: VelocityLimits = VelocityLimits()
+    limits: VelocityLimits = field(default_factory=VelocityLimits)
     """Speeds that no command exceeds."""
     period_s: float = 0.2
     """Time between decisions: frames that come faster are left out."""

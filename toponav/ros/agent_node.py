@@ -48,8 +48,8 @@ class AgentNodeConfig:
     """Names of the robot's topics."""
     use_sim_time: bool = False
     """Whether time comes from /clock; commands then carry the stamp of the frame they answer."""
-    watchdog: WatchdogConfig = WatchdogConfig()
-    drive: DriveConfig = DriveConfig()
+    watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
+    drive: DriveConfig = field(default_factory=DriveConfig)
 
 
 class _Frame(NamedTuple):
@@ -282,7 +282,7 @@ class AgentNode(Node):  # type: ignore[misc]
             frame = self._next_frame(last_ns)
             if frame is None:
                 if time.monotonic() - waiting_since_s > loop.fault_s:
-                    because = loop.stopped_because or "no depth frame and no camera_info came"
+                    because = loop.stopped_because or _nothing_came(loop)
                     return loop.result("fault", because)
                 continue
             last_ns, waiting_since_s = frame.stamp_ns, time.monotonic()
@@ -309,6 +309,12 @@ class AgentNode(Node):  # type: ignore[misc]
         message.progress, message.steps = float(result.share), result.steps
         self.get_logger().info(f"{result.outcome}: {result.reason}")
         return message
+
+
+def _nothing_came(loop: DriveLoop) -> str:
+    if loop.steps == 0:
+        return "no depth frame came, or no camera_info with it"
+    return f"no depth frame for {loop.fault_s:g} s"
 
 
 def _rejected(reason: str) -> DriveResult:

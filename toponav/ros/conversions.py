@@ -136,7 +136,7 @@ def color_of_image(
 
 
 def _rows(data: bytes, height: int, used: int, step: int) -> UInt8[np.ndarray, "rows used"]:
-    if not (0 < height and 0 < used <= step and height * step <= min(len(data), _MOST_PIXELS)):
+    if not (height > 0 and 0 < used <= step and height * step <= min(len(data), _MOST_PIXELS)):
         raise _bad_image(f"{height} rows of {step} bytes do not fit {len(data)} bytes")
     return np.frombuffer(data, np.uint8, height * step).reshape(height, step)[:, :used]
 

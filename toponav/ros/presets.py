@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from toponav.core.episode import VelocityLimits
@@ -35,7 +35,7 @@ class RobotPreset:
     cmd_vel: str = "/cmd_vel"
     stamped: bool = True
     camera_height_m: float = 0.6
-    limits: VelocityLimits = VelocityLimits()
+    limits: VelocityLimits = field(default_factory=VelocityLimits)
 
     def topics(self) -> Mapping[Literal["depth", "camera_info", "rgb", "odom", "cmd_vel"], str]:
         """Every topic by what it is."""

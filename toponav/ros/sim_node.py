@@ -65,7 +65,7 @@ class SimNodeConfig:
     """Simulated seconds per second; 0 runs as fast as it can."""
     lockstep: bool = False
     """Whether a step waits for the command that answers the last frame, by its stamp."""
-    faults: FaultSpec = FaultSpec()
+    faults: FaultSpec = field(default_factory=FaultSpec)
     """What is wrong with the camera."""
     fault_seed: int = 0
     paused: bool = False
