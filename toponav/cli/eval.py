@@ -12,7 +12,13 @@ __all__ = ["eval_graphnav", "eval_localization", "register"]
 
 def register() -> dict[tuple[str, ...], Callable[..., Any]]:
     """The commands of this module."""
-    return {("eval", "graphnav"): eval_graphnav, ("eval", "localization"): eval_localization}
+    from toponav.cli._eval_imagenav import eval_imagenav
+
+    return {
+        ("eval", "graphnav"): eval_graphnav,
+        ("eval", "localization"): eval_localization,
+        ("eval", "imagenav"): eval_imagenav,
+    }
 
 
 def eval_graphnav(

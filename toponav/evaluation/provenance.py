@@ -55,20 +55,24 @@ def _git(*arguments: str) -> str:
 
 
 @cache
-def hash_of_code() -> str:
-    """SHA-256 over the modules that decide what happens in an episode."""
+def hash_of_code(roots: tuple[str, ...] = _ROOTS) -> str:
+    """SHA-256 over the modules that decide what happens in an episode.
+
+    Args:
+        roots: Files of this package where an episode begins to be decided.
+    """
     digest = hashlib.sha256()
-    for path in decisive_modules():
+    for path in decisive_modules(roots):
         digest.update(path.relative_to(_PACKAGE).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
 @cache
-def decisive_modules() -> tuple[Path, ...]:
+def decisive_modules(roots: tuple[str, ...] = _ROOTS) -> tuple[Path, ...]:
     """Files of this package that an episode depends on: the worker, and what it imports."""
     found: set[Path] = set()
-    waiting = [_PACKAGE / name for name in _ROOTS]
+    waiting = [_PACKAGE / name for name in roots]
     while waiting:
         path = waiting.pop()
         name = path.relative_to(_PACKAGE).as_posix()

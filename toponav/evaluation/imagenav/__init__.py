@@ -1,0 +1,1 @@
+"""Image-goal navigation: agents run in homes, judged as the Neural Topological SLAM paper does."""
