@@ -6,20 +6,22 @@ import pytest
 from toponav.core.camera import PinholeCamera
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
-from toponav.ros.conversions import (
-    OPTICAL_ROTATION,
+from toponav.data.image_messages import (
     CameraModel,
-    Quaternion,
     Reprojector,
     color_of_image,
     depth_of_image,
+    pose_in_map,
+    without_holes,
+)
+from toponav.ros.conversions import (
+    OPTICAL_ROTATION,
+    Quaternion,
     nanoseconds,
     odometry_covariance,
     pixels_of,
-    pose_in_map,
     quaternion_of_yaw,
     time_parts,
-    without_holes,
     yaw_of_quaternion,
 )
 

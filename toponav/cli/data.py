@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from toponav.cli._import_bag import import_bag_
 from toponav.cli.progress_bar import progress
 
 __all__ = [
@@ -33,6 +34,7 @@ def register() -> dict[tuple[str, ...], Callable[..., Any]]:
         ("data", "annotate"): annotate_data,
         ("data", "prepare"): prepare_data,
         ("data", "export"): export_data,
+        ("data", "import-bag"): import_bag_,
     }
 
 

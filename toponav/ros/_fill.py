@@ -7,8 +7,8 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from toponav.core.episode import Velocity
 from toponav.core.geometry import Pose2
+from toponav.data.image_messages import CameraModel
 from toponav.ros.conversions import (
-    CameraModel,
     Quaternion,
     nanoseconds,
     occupancy_of,

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from toponav.core.episode import Agent, Belief, Observation, Velocity, VelocityLimits
+from toponav.data.image_messages import without_holes
 from toponav.maps.task import NavigationTask
-from toponav.ros.conversions import without_holes
 from toponav.ros.watchdog import Watchdog
 
 __all__ = ["STOP", "DriveConfig", "DriveLoop", "DriveResult", "Progress"]

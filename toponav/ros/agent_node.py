@@ -24,11 +24,11 @@ from toponav_msgs.action import FollowPlan
 from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Agent, Velocity, VelocityLimits
 from toponav.core.errors import InputError
+from toponav.data.image_messages import CameraModel, Reprojector, depth_of_image
 from toponav.maps.spec import TopologicalMap
 from toponav.maps.task import NavigationTask
 from toponav.ros import _fill, _qos
 from toponav.ros.agent_loop import STOP, DriveConfig, DriveLoop, DriveResult, Progress
-from toponav.ros.conversions import CameraModel, Reprojector, depth_of_image
 from toponav.ros.presets import RobotPreset, robot_preset
 from toponav.ros.tasks import task_of_goal
 from toponav.ros.watchdog import Watchdog, WatchdogConfig

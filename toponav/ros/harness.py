@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Self
+from typing import IO, Any
 
 from rclpy.action import ActionClient
 from toponav_msgs.action import FollowPlan
@@ -92,7 +92,7 @@ class Harness:
         self.node = SimNode(simulation, start, config, self._show)
         self._client = ActionClient(self.node, FollowPlan, "follow_plan")
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Harness":
         try:
             self.node.run(self._is_ready_or_late(time.monotonic() + _START_S))
         except BaseException:

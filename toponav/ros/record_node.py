@@ -16,19 +16,18 @@ from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Velocity
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
-from toponav.data.recording import TrajectoryMetadata
-from toponav.data.storage import TrajectoryWriter
-from toponav.maps.task import NavigationTask
-from toponav.ros import _fill, _qos
-from toponav.ros.conversions import (
+from toponav.data.image_messages import (
     CameraModel,
-    Quaternion,
     Reprojector,
     depth_of_image,
     pose_in_map,
     without_holes,
-    yaw_of_quaternion,
 )
+from toponav.data.recording import TrajectoryMetadata
+from toponav.data.storage import TrajectoryWriter
+from toponav.maps.task import NavigationTask
+from toponav.ros import _fill, _qos
+from toponav.ros.conversions import Quaternion, yaw_of_quaternion
 from toponav.ros.presets import RobotPreset
 
 __all__ = ["RecordNode"]

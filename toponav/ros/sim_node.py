@@ -21,10 +21,10 @@ from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Observation, Velocity
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
+from toponav.data.image_messages import CameraModel
 from toponav.ros import _fill, _qos
 from toponav.ros.conversions import (
     OPTICAL_ROTATION,
-    CameraModel,
     Quaternion,
     quaternion_of_yaw,
     time_parts,
