@@ -124,7 +124,7 @@ def test_a_negative_seed_is_refused() -> None:
 
 
 def test_suites_share_no_building_and_hold_the_demo() -> None:
-    seeds = [seed for one in SUITES for seed in one.seeds]
+    seeds = [(one.generator, seed) for one in SUITES for seed in one.seeds]
     assert len(seeds) == len(set(seeds))
     assert DEMO_OFFICE_SEED in suite("offices-test").seeds
 
