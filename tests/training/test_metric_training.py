@@ -100,7 +100,9 @@ def test_agent_in_use_believes_what_the_replay_does(cache, weights):
     one = MetricData(cache, best_preset().pose.local_map)
     replayed = replay_beliefs(one, load_metric_weights(weights).pose)
     drive = read_trajectory(cache.parent / "drives" / "trajectories" / "000000.mcap")
-    agent = load_metric_agent(str(weights), pose_filter=True, camera=CAMERA)
+    agent = load_metric_agent(
+        str(weights), pose_filter=True, camera=CAMERA, weighs_hypotheses=False
+    )
     agent.reset(NavigationTask(one.data.map_of(0), one.data.plan_of(0)))
     for step in range(25):
         depth_m = drive.depth_mm[step].astype(np.float32) * np.float32(0.001)

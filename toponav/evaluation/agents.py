@@ -236,22 +236,24 @@ def _metric_gtl(context: AgentContext) -> Agent[NavigationTask]:
 def _metric_agent(context: AgentContext, *, pose_filter: bool) -> "MetricGraphNavAgent":
     from toponav.navigation.graphnav.metric_agent import load_metric_agent
 
-    told = context.options.get("avoidance", "on")
-    if told not in ("on", "off"):
-        raise InputError(
-            f"avoidance is on or off, got '{told}'",
-            where="--agent",
-            remedy="write for instance graphnav_pf=best,avoidance=off",
-        )
+    switches = {name: context.options.get(name, "on") for name in _METRIC_OPTIONS}
+    for name, told in switches.items():
+        if told not in ("on", "off"):
+            raise InputError(
+                f"{name} is on or off, got '{told}'",
+                where="--agent",
+                remedy=f"write for instance graphnav_pf=best,{name}=off",
+            )
     return load_metric_agent(
         context.weights,
         pose_filter=pose_filter,
         camera=context.camera,
-        avoids_collisions=told == "on",
+        avoids_collisions=switches["avoidance"] == "on",
+        weighs_hypotheses=switches["hypotheses"] == "on",
     )
 
 
-_METRIC_OPTIONS = frozenset({"avoidance"})
+_METRIC_OPTIONS = frozenset({"avoidance", "hypotheses"})
 
 
 def _metric_own_belief(context: AgentContext) -> Agent[NavigationTask]:

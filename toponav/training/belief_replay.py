@@ -8,9 +8,10 @@ import numpy as np
 import torch
 from jaxtyping import Float32, Float64, Int64
 
+from toponav.models.graphnav.metric.pages import draw_beliefs
 from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterConfig
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
-from toponav.training.metric_data import MetricData, draw_beliefs
+from toponav.training.metric_data import MetricData
 from toponav.training.pose_task import start_pose
 from toponav.training.precision import autocast
 

@@ -7,7 +7,7 @@ from toponav.core.errors import InputError
 
 __all__ = ["Recipe", "TrainingConfig", "default_config"]
 
-Recipe = Literal["behaviors", "localization", "phasenet", "behavrnn", "pose", "steering"]
+Recipe = Literal["behaviors", "localization", "phasenet", "behavrnn", "pose", "steering", "nts"]
 
 # Longer than nearly every edge (phasenet, 5 Hz) and nearly every drive (behavrnn).
 _SEQUENCE_STEPS: dict[str, int] = {"phasenet": 100, "behavrnn": 210}
@@ -104,6 +104,19 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
             schedule="constant",
             ema=0.0,
             mirror=False,
+        )
+    if recipe == "nts":
+        return TrainingConfig(
+            epochs=30,
+            samples_per_epoch=4_000,
+            batch_size=32,
+            learning_rate=2e-3,
+            weight_decay=0.03,
+            schedule="one_cycle",
+            ema=0.99,
+            mirror=True,
+            most_repeats=4,
+            most_validation_samples=1024,
         )
     if recipe in ("pose", "steering"):
         return TrainingConfig(

@@ -2,35 +2,27 @@
 
 import functools
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, Int64, UInt8
+from jaxtyping import Float32, Float64, Int64, UInt8
 
 from toponav.core.files import write_atomically
-from toponav.core.vocabulary import Behavior
 from toponav.data.training_set import TrainingSet
 from toponav.models.graphnav.metric import local_map_kernels as kernels
-from toponav.models.graphnav.metric.batch_kernels import Pages, draw_pages
+from toponav.models.graphnav.metric.batch_kernels import Pages
 from toponav.models.graphnav.metric.local_map import LocalMapConfig
-from toponav.models.graphnav.metric.map_picture import (
-    AHEAD_M,
-    MAP_CHANNELS,
-    PLAN_FEATURES,
-    MapArrays,
-)
+from toponav.models.graphnav.metric.map_picture import MapArrays
 from toponav.models.graphnav.metric.map_picture_kernels import follow_progress
 from toponav.models.graphnav.metric.odometry import CommandOdometry, motion_steps
+from toponav.models.graphnav.metric.pages import pages_of
 from toponav.models.graphnav.metric.profile import bin_azimuths_rad
 from toponav.models.graphnav.presets import ImageSpec
 from toponav.training.samples import first_frames
 
-__all__ = ["Drawn", "MetricData", "draw_beliefs", "pages_of"]
+__all__ = ["MetricData"]
 
-_AHEAD: Final = np.array(AHEAD_M)
 _MOST_BYTES_IN_MEMORY: Final = 4 << 30
 
 
@@ -118,85 +110,3 @@ class MetricData:
                 points, arc = self.arrays_of(trajectory).way()
                 self.progress_m[rows] = follow_progress(points, arc, self.data.pose[rows])
         return self.progress_m
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """What the map and the plan look like from believed poses.
-
-    Attributes:
-        pictures: `[batch, channels, forward, left]`.
-        features: `[batch, PLAN_FEATURES]`.
-        progress_m: Metres of the plan behind each believed pose.
-    """
-
-    pictures: Float32[np.ndarray, "batch channels forward left"]
-    features: Float32[np.ndarray, "batch features"]
-    progress_m: Float64[np.ndarray, " batch"]
-
-
-def draw_beliefs(
-    pages: Pages,
-    page: Int64[np.ndarray, " batch"],
-    believed: Float64[np.ndarray, "batch 3"],
-    bounds_m: Float64[np.ndarray, "batch 2"],
-    cell_m: float,
-    cells: int,
-    *,
-    noise_m: Float64[np.ndarray, "batch nodes 2"] | None = None,
-    mirrored: Bool[np.ndarray, " batch"] | None = None,
-) -> Drawn:
-    """Draw each believed pose on its page.
-
-    Args:
-        pages: Maps and plans.
-        page: Which one each pose is on.
-        believed: x, y, yaw in the map's frame.
-        bounds_m: Metres of the plan between which its progress is sought.
-        cell_m: Side of a pixel.
-        cells: Pixels along a side.
-        noise_m: Moves the nodes.
-        mirrored: Which of them to mirror left to right.
-    """
-    count = len(page)
-    drawn = Drawn(
-        np.empty((count, MAP_CHANNELS, cells, cells), np.float32),
-        np.empty((count, PLAN_FEATURES), np.float32),
-        np.empty(count),
-    )
-    draw_pages(
-        pages,
-        page,
-        believed,
-        np.ascontiguousarray(bounds_m[:, 0]),
-        np.ascontiguousarray(bounds_m[:, 1]),
-        np.empty((count, 0, 2)) if noise_m is None else noise_m,
-        cell_m,
-        _AHEAD,
-        len(Behavior),
-        np.zeros(count, bool) if mirrored is None else mirrored,
-        drawn.pictures,
-        drawn.features,
-        drawn.progress_m,
-    )
-    return drawn
-
-
-def pages_of(arrays: Sequence[MapArrays]) -> Pages:
-    """The maps and plans end to end."""
-
-    def starts(counts: list[int]) -> Int64[np.ndarray, " bounds"]:
-        return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-
-    behaviors = [np.concatenate([one.behaviors, [0]]).astype(np.int64) for one in arrays]
-    return Pages(
-        starts([len(one.node_xy) for one in arrays]),
-        np.concatenate([one.node_xy for one in arrays]),
-        np.concatenate([one.node_kind for one in arrays]),
-        np.concatenate([one.on_plan for one in arrays]),
-        starts([len(one.edges) for one in arrays]),
-        np.concatenate([one.edges for one in arrays]),
-        starts([len(one.path) for one in arrays]),
-        np.concatenate([one.path for one in arrays]),
-        np.concatenate(behaviors),
-    )

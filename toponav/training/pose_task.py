@@ -10,9 +10,10 @@ from jaxtyping import Bool, Float64, Int64
 from torch import Tensor
 
 from toponav.models.graphnav.metric.map_picture import MAP_CHANNELS
+from toponav.models.graphnav.metric.pages import draw_beliefs
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
 from toponav.training.config import TrainingConfig
-from toponav.training.metric_data import MetricData, draw_beliefs
+from toponav.training.metric_data import MetricData
 from toponav.training.samples import draw, split_frames
 
 __all__ = ["PoseBatch", "PoseTask", "believed_from", "seen_from", "start_pose"]

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float32, Float64, Int64
 from torch import Tensor
 
 from toponav.models.graphnav.metric.map_picture import MAP_CHANNELS
+from toponav.models.graphnav.metric.pages import draw_beliefs
 from toponav.models.graphnav.metric.steering import (
     STEERING_FEATURES,
     SteeringNetwork,
@@ -16,7 +17,7 @@ from toponav.models.graphnav.metric.steering import (
 )
 from toponav.training.belief_replay import ReplayedBeliefs
 from toponav.training.config import TrainingConfig
-from toponav.training.metric_data import MetricData, draw_beliefs
+from toponav.training.metric_data import MetricData
 from toponav.training.samples import draw, split_frames
 
 __all__ = ["SteeringBatch", "SteeringTask"]

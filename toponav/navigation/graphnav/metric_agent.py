@@ -19,12 +19,14 @@ from toponav.models.graphnav.metric.steering import SteeringNetwork, steering_fe
 from toponav.models.graphnav.preprocess import frame_reducer
 from toponav.navigation.graphnav.avoidance import AvoidanceConfig, CollisionAvoidance
 from toponav.navigation.graphnav.depth_guard import DepthGuard
+from toponav.navigation.graphnav.hypotheses import HypothesesConfig, PoseHypotheses
 from toponav.navigation.graphnav.node_belief import NodeBelief
 
 __all__ = ["MetricGraphNavAgent", "load_metric_agent"]
 
 _STOP: Final = Velocity(0.0, 0.0)
 _AVOIDANCE: Final = AvoidanceConfig()
+_HYPOTHESES: Final = HypothesesConfig()
 _BACK_M, _AHEAD_M, _NEAR_M = 1.0, 2.5, 1.0
 _SURE_STD: Final = np.array([0.06, 0.05, 0.03])
 
@@ -44,6 +46,8 @@ class MetricGraphNavAgent:
         filter_config: Noise of the filter; None takes each correction whole (GraphNav
             without its particle filter).
         avoidance: How far to stay from obstacles; None drives as the network says.
+        hypotheses: Where in the first room the robot may be; None begins with a single filter
+            at the room's node.
     """
 
     def __init__(
@@ -53,9 +57,11 @@ class MetricGraphNavAgent:
         camera: PinholeCamera,
         filter_config: PoseFilterConfig | None,
         avoidance: AvoidanceConfig | None = _AVOIDANCE,
+        hypotheses: HypothesesConfig | None = _HYPOTHESES,
     ) -> None:
         self._pose_network, self._steering = pose_network.eval(), steering.eval()
         self._filter_config = filter_config
+        self._hypotheses_config = None if filter_config is None else hypotheses
         config = steering.config
         self._reduce = frame_reducer(camera, config)
         self._guard = DepthGuard(camera)
@@ -80,6 +86,11 @@ class MetricGraphNavAgent:
         start = task.map.node(task.plan.nodes[0])
         yaw_rad = task.map.edge(task.plan.edges[0]).yaw_rad
         self._filter = PoseFilter(np.array([[start.x_m, start.y_m, yaw_rad]]), self._filter_config)
+        self._hypotheses: PoseHypotheses | None = None
+        if self._hypotheses_config is not None and self._filter_config is not None:
+            self._hypotheses = PoseHypotheses(
+                task, self._pose_network, self._filter_config, self._hypotheses_config
+            )
         self._local_map.clear()
         if self._avoidance is not None:
             self._avoidance.clear()
@@ -109,6 +120,8 @@ class MetricGraphNavAgent:
             if self._avoidance is not None:
                 self._avoidance.advance(step)
             self._filter.predict(step[None])
+            if self._hypotheses is not None:
+                self._hypotheses.predict(step)
         self._is_first = False
         self._commands = np.stack([np.zeros(2), self._commands[0]])
         if because:
@@ -127,8 +140,20 @@ class MetricGraphNavAgent:
     @property
     def pose(self) -> Float64[np.ndarray, " 3"]:
         """The believed x, y (metres) and yaw (radians) in the map's frame."""
+        if self._hypotheses is not None and self._true_pose is None:
+            return self._hypotheses.pose.copy()
         believed: np.ndarray = self._filter.pose[0].copy()
         return believed
+
+    @property
+    def std_in_robot(self) -> Float64[np.ndarray, " 3"]:
+        """Of the belief: metres forward and left, radians."""
+        if self._true_pose is not None:
+            return _SURE_STD
+        if self._hypotheses is not None:
+            return self._hypotheses.std_in_robot
+        std: np.ndarray = self._filter.std_in_robot[0]
+        return std
 
     def _stop(self, because: str) -> Velocity:
         last = self._belief
@@ -139,6 +164,10 @@ class MetricGraphNavAgent:
     def _locate(self) -> None:
         """Lay what was seen over the map, and correct the belief."""
         config = self._pose_network.config.local_map
+        if self._hypotheses is not None and self._true_pose is None:
+            self._hypotheses.correct(self._local_map.view(config.far_cell_m))
+            self._progress_m = self._hypotheses.progress_m
+            return
         if self._true_pose is not None:
             self._filter.pose[0] = self._true_pose
         believed = self._filter.pose[0]
@@ -159,7 +188,7 @@ class MetricGraphNavAgent:
     @torch.inference_mode()
     def _drive(self, profile: np.ndarray) -> Velocity:
         config = self._steering.config
-        believed = self._filter.pose[0]
+        believed = self.pose
         at = self._arrays.progress_m(
             believed[0], believed[1], self._progress_m - _NEAR_M, self._progress_m + _NEAR_M
         )
@@ -181,12 +210,12 @@ class MetricGraphNavAgent:
             command = config.limits.clip(self._avoidance.checked(command, float(drift_m)))
         self._turn_rad_s = velocity[:, 1]
         self._commands[0] = command.linear_m_s, command.angular_rad_s
-        self._belief = self._nodes.belief(believed, at, self._filter.std_in_robot[0])
+        self._belief = self._nodes.belief(believed, at, self.std_in_robot)
         return command
 
     def _features(self, progress_m: float) -> Float32[np.ndarray, "1 features"]:
-        plan = self._arrays.plan_features(self._filter.pose[0], progress_m)
-        std = _SURE_STD if self._true_pose is not None else self._filter.std_in_robot[0]
+        plan = self._arrays.plan_features(self.pose, progress_m)
+        std = self.std_in_robot
         return steering_features(
             plan[None], self._commands[1][None], std[None], self._steering.config.limits
         )
@@ -198,6 +227,7 @@ def load_metric_agent(
     pose_filter: bool,
     camera: PinholeCamera,
     avoids_collisions: bool = True,
+    weighs_hypotheses: bool = True,
 ) -> MetricGraphNavAgent:
     """GraphNav with a pose belief, with the networks of a folder or of a shipped preset.
 
@@ -206,6 +236,7 @@ def load_metric_agent(
         pose_filter: Whether to filter the belief (GraphNavPF).
         camera: The camera that the robot carries.
         avoids_collisions: Whether commands are kept clear of what the robot has seen.
+        weighs_hypotheses: Whether the filter begins with several poses in the first room.
 
     Raises:
         InputError: The weights cannot be read, or the camera does not suit them.
@@ -213,4 +244,5 @@ def load_metric_agent(
     loaded = load_metric_weights(weights or "best")
     config = PoseFilterConfig() if pose_filter else None
     avoidance = _AVOIDANCE if avoids_collisions else None
-    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config, avoidance)
+    hypotheses = _HYPOTHESES if weighs_hypotheses else None
+    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config, avoidance, hypotheses)

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Float64
+from jaxtyping import Float, Float64, Int64
 
 from toponav.core.errors import InputError
 
@@ -15,7 +15,7 @@ __all__ = ["PoseFilter", "PoseFilterConfig"]
 class PoseFilterConfig:
     """How a belief spreads as the robot moves, and how far a correction is trusted."""
 
-    start_std_m: float = 1.8
+    start_std_m: float = 2.5
     """At the start: the robot is somewhere in the room of its node."""
     start_std_rad: float = math.radians(12.0)
     """At the start: it faces along the first edge, give or take 20 degrees."""
@@ -31,6 +31,12 @@ class PoseFilterConfig:
     """The same for turning."""
     least_news: float = 0.02
     """A frame counts at least this share of one that is all news."""
+    doubt: float = 2.0
+    """Factor on what the network takes its errors to be: buildings differ from those it knows."""
+    surprise: float = 3.0
+    """Squared distance, in standard deviations, from which on a correction is a surprise."""
+    surprise_share: float = 0.3
+    """Share of a surprising correction's square by which the belief spreads."""
     most_m: float = 1.5
     """No correction moves a belief farther than this."""
 
@@ -104,17 +110,43 @@ class PoseFilter:
         size = np.hypot(seen[:, 0], seen[:, 1])
         seen[:, :2] *= np.minimum(1.0, config.most_m / np.maximum(size, 1e-9))[:, None]
         turn = _rotations(self.pose[:, 2])
-        news = np.clip(self._news, config.least_news, 1.0)
+        news = self.news
         self._news[:] = 0.0
-        noise = _spread(turn, np.asarray(std, np.float64) / np.sqrt(news)[:, None])
+        doubted = np.asarray(std, np.float64) * config.doubt
+        self._take_surprise(np.einsum("rij,rj->ri", turn, seen), _spread(turn, doubted))
+        noise = _spread(turn, doubted / np.sqrt(news)[:, None])
         gain = self.covariance @ np.linalg.inv(self.covariance + noise)
         self.pose += np.einsum("rij,rj->ri", gain @ turn, seen)
         self.covariance = _around(np.eye(3) - gain, self.covariance) + _around(gain, noise)
 
+    def _take_surprise(
+        self, seen: Float64[np.ndarray, "robots 3"], noise: Float64[np.ndarray, "robots 3 3"]
+    ) -> None:
+        """Spread beliefs whose corrections are larger than both of them allow for.
+
+        A belief that is sure and wrong would otherwise stay so, whatever the network says.
+        """
+        config = self.config
+        inverse = np.linalg.inv(self.covariance + noise)
+        distance = np.einsum("ri,rij,rj->r", seen, inverse, seen)
+        excess = np.maximum(0.0, 1.0 - config.surprise / np.maximum(distance, 1e-9))
+        outer = seen[:, :, None] * seen[:, None, :]
+        self.covariance = self.covariance + (config.surprise_share * excess)[:, None, None] * outer
+
     def keep(self, count: int) -> None:
         """Go on with the first robots alone."""
-        self.pose, self.covariance = self.pose[:count], self.covariance[:count]
-        self._news = self._news[:count]
+        self.choose(np.arange(count))
+
+    def choose(self, robots: Int64[np.ndarray, " chosen"]) -> None:
+        """Go on with these robots alone."""
+        self.pose, self.covariance = self.pose[robots], self.covariance[robots]
+        self._news = self._news[robots]
+
+    @property
+    def news(self) -> Float64[np.ndarray, " robots"]:
+        """How much of the next correction is news, 1 for all of it."""
+        share: np.ndarray = np.clip(self._news, self.config.least_news, 1.0)
+        return share
 
     def take(
         self, mean: Float[np.ndarray, "robots 3"], std: Float[np.ndarray, "robots 3"]
