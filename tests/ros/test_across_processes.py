@@ -105,7 +105,7 @@ def test_the_robot_stops_soon_after_the_agent_is_killed(
 
         harness.drive(task.plan, task.start, on_step=note, until=lambda: bool(killed_ns))
         assert killed_ns, log.read_text()[-2000:]
-        harness._watchers = [note]
+        harness.watch(note)
         harness.node.run(lambda: seen_speeds[-1][0] > killed_ns[0] + 1_000_000_000)
     moving = [time_ns for time_ns, speed in seen_speeds if speed > 0.02]
     assert (moving[-1] - killed_ns[0]) / 1e9 < 0.6

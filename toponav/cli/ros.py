@@ -43,6 +43,7 @@ def ros_sim(
     pose: tuple[float, float, float] | None = None,
     robot: _Robot = "toponav",
     color: _Flag = False,
+    panorama: _Flag = False,
     rate: float = 1.0,
     lockstep: _Flag = False,
     paused: _Flag = False,
@@ -64,6 +65,7 @@ def ros_sim(
         pose: x and y in metres and yaw in radians, instead of a node.
         robot: Whose topic names to use.
         color: Publish colour images too.
+        panorama: Carry a camera that sees all around, for agents that look for pictures.
         rate: Simulated seconds per second; 0 is as fast as it can.
         lockstep: Step only when a command has answered the last frame.
         paused: Begin paused; ~/step advances.
@@ -78,6 +80,7 @@ def ros_sim(
     if rate < 0:
         raise InputError(f"a rate is not negative: {rate}", where="--rate", remedy="give 1 or 0")
     _start()
+    from toponav.core.camera import PanoramaCamera
     from toponav.ros.presets import robot_preset
     from toponav.ros.runtime import ros_context
     from toponav.ros.sim_node import SimNode, SimNodeConfig
@@ -85,11 +88,12 @@ def ros_sim(
 
     loaded = _scene(scene)
     at = _start_pose(loaded, _map(map or scene) if map or _is_yaml(scene) else None, start, pose)
-    config = SimNodeConfig(robot_preset(robot), rate, lockstep, faults, seed, paused)
+    preset = _with_panorama(robot_preset(robot)) if panorama else robot_preset(robot)
+    config = SimNodeConfig(preset, rate, lockstep, faults, seed, paused)
     simulation = Simulation(
         loaded,
-        _camera(robot_preset("toponav")),
-        modalities=("depth", "rgb") if color else ("depth",),
+        PanoramaCamera() if panorama else _camera(robot_preset("toponav")),
+        modalities=("depth", "rgb") if color or panorama else ("depth",),
     )
     with ros_context():
         node = SimNode(simulation, at, config)
@@ -103,8 +107,9 @@ def ros_sim(
 
 def ros_agent(
     *,
-    map: Path,
+    map: Path | None = None,
     agent: str = "graphnav_pf",
+    image_agent: str | None = None,
     weights: str | None = None,
     robot: _Robot = "toponav",
     sim_time: _Flag = False,
@@ -115,7 +120,7 @@ def ros_agent(
     max_linear_m_s: float | None = None,
     max_angular_rad_s: float | None = None,
 ) -> int:
-    """Serve the action FollowPlan: drive a robot by its depth camera and a topological map.
+    """Drive a robot: serve FollowPlan by depth camera and map, or GoToImage by panorama.
 
     Against the simulator: toponav ros agent --map office.topo.json --sim-time
 
@@ -127,6 +132,8 @@ def ros_agent(
     Args:
         map: Topological map, or an area's yaml.
         agent: graphnav_pf, graphnav, phasenet, behavrnn, or your own as module:factory.
+        image_agent: Serve GoToImage instead, with nts_rgbd, nts_rgb, or your own as
+            module:factory; no map is needed.
         weights: Folder of other weights, or a preset. What ships, if left out.
         robot: Topic names, camera height and speed limits of a known robot.
         sim_time: Take time from /clock.
@@ -141,6 +148,15 @@ def ros_agent(
         robot, depth_topic, info_topic, cmd_vel_topic, camera_height_m, max_linear_m_s,
         max_angular_rad_s,
     )  # fmt: skip
+    if (map is None) == (image_agent is None):
+        raise InputError(
+            "an agent follows plans on a map, or looks for pictures",
+            where="toponav ros agent",
+            remedy="give --map MAP, or --image-agent nts_rgbd",
+        )
+    if map is None:
+        assert image_agent is not None
+        return _serve_images(image_agent, weights, _with_panorama(preset), sim_time)
     loaded = _map(map)
     _start()
     import torch
@@ -158,6 +174,22 @@ def ros_agent(
             AgentNodeConfig(preset, sim_time),
         )
         print(f"{agent} is ready on map {loaded.name}; Ctrl-C ends it", file=sys.stderr)
+        with suppress(KeyboardInterrupt):
+            node.run()
+    return 0
+
+
+def _serve_images(name: str, weights: str | None, preset: "RobotPreset", sim_time: bool) -> int:
+    from toponav.ros.agents import IMAGE_AGENTS, load_image_agent
+
+    _start()
+    agent = load_image_agent(name, weights)
+    from toponav.ros.image_node import ImageNode
+    from toponav.ros.runtime import ros_context
+
+    with ros_context():
+        node = ImageNode(lambda: agent, preset, IMAGE_AGENTS.get(name) != "rgb", sim_time)
+        print(f"{name} is ready; Ctrl-C ends it", file=sys.stderr)
         with suppress(KeyboardInterrupt):
             node.run()
     return 0
@@ -347,6 +379,12 @@ def _preset(
     changes["camera_height_m"] = camera_height_m
     given = {name: value for name, value in changes.items() if value is not None}
     return dataclasses.replace(preset, limits=limits, **given)
+
+
+def _with_panorama(preset: "RobotPreset") -> "RobotPreset":
+    import dataclasses
+
+    return dataclasses.replace(preset, rgb="/panorama/image_raw", depth="/panorama/depth")
 
 
 def _camera(preset: "RobotPreset") -> Any:

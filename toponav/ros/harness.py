@@ -151,6 +151,10 @@ class Harness:
             del cancelling
         return waiting.result().result if waiting.done() else None
 
+    def watch(self, on_step: Callable[[StepSeen], None]) -> None:
+        """Show every tick to this, until the next drive."""
+        self._watchers = [on_step]
+
     def _show(self, seen: StepSeen) -> None:
         for watcher in self._watchers:
             watcher(seen)

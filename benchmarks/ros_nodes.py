@@ -1,0 +1,274 @@
+"""Measures the ROS 2 nodes: simulator here, agent in another process, on area 3.
+
+    python benchmarks/ros_nodes.py outcomes               the same five plans with and without ROS
+    python benchmarks/ros_nodes.py latency --seconds 300  depth stamp to cmd_vel, in real time
+    python benchmarks/ros_nodes.py latency --seconds 1800 the soak run: deadlines and memory
+    python benchmarks/ros_nodes.py faults                 lost, late, NaN, frozen frames; kill -9
+
+Writes benchmarks/results/ros_<what>.json (latency: and a histogram, ros_latency.png). Needs ROS 2:
+run it with the Python of .venv-ros (`make test-ros` makes it).
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toponav.evaluation.benchmarks.record import Benchmark, write_benchmark
+from toponav.evaluation.protocol import EpisodeJudge
+from toponav.evaluation.suite import EpisodeTask, SuiteSource, load_suite, seed_of
+from toponav.evaluation.worker import EpisodeWorker, RunSettings
+from toponav.ros.faults import FaultSpec, parse_faults
+from toponav.ros.runtime import ros_context, start
+from toponav.sim.simulation import Simulation
+
+ROOT = Path(__file__).parent.parent
+RESULTS = ROOT / "benchmarks" / "results"
+DATA = Path(os.environ.get("TOPONAV_DATA", ROOT.parent / "shared" / "data")) / "graphnav_areas"
+AGENT = "graphnav_pf"
+FAULTS = {
+    "clean": (),
+    "dropped_20_percent": ("drop:0.2",),
+    "delayed_300_ms": ("delay:0.3",),
+    "nan_20_percent": ("nan:0.2",),
+    "frozen_20_percent": ("frozen:0.2",),
+}
+
+
+def main() -> int:
+    """Run one of the benchmarks."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=["outcomes", "latency", "faults"])
+    parser.add_argument("--seconds", type=float, default=300.0, help="length of the latency run")
+    parser.add_argument("--plans", type=int, default=5)
+    parser.add_argument("--rate", type=float, default=1.0, help="simulated seconds per second")
+    options = parser.parse_args()
+    start()
+    from toponav.ros.harness import pin_threads
+
+    pin_threads()
+    source = SuiteSource(DATA / "area_3.yaml", DATA / "area_3_plans.json", episodes=options.plans)
+    worker = EpisodeWorker(load_suite(source), RunSettings())
+    with ros_context():
+        if options.what == "outcomes":
+            found = outcomes(worker)
+        elif options.what == "latency":
+            found = latency(worker, options.seconds)
+        else:
+            found = faults(worker, options.rate)
+    name, metrics, details = found
+    write_benchmark(Benchmark(name, metrics, details), RESULTS)
+    for key, value in metrics.items():
+        print(f"{key}: {value:g}")
+    return 0
+
+
+def harness_of(worker: EpisodeWorker, task: EpisodeTask, **config: Any) -> Any:
+    """Simulator here, agent there."""
+    from toponav.ros.harness import Harness
+    from toponav.ros.sim_node import SimNodeConfig
+
+    simulation = Simulation(worker.suite.scene, worker.settings.camera)
+    agent = ["--map", str(DATA / "area_3.yaml"), "--agent", AGENT]
+    log = Path(tempfile.mkdtemp()) / "agent.log"
+    return Harness(simulation, task.start, SimNodeConfig(**config), agent, log)
+
+
+def judge_of(worker: EpisodeWorker, task: EpisodeTask) -> EpisodeJudge:
+    """A fresh judge."""
+    return EpisodeJudge(worker.suite.map, task.plan, worker.localizer, task.start)
+
+
+def drive(
+    harness: Any,
+    worker: EpisodeWorker,
+    task: EpisodeTask,
+    every_ticks: int,
+    stop: Callable[[], bool],
+) -> tuple[EpisodeJudge, list[tuple[float, float]]]:
+    """The judge after one plan, and the commands of each judged step."""
+    judge, commands, ticks = judge_of(worker, task), [], [0]
+    contact: list[str | None] = [None]
+
+    def note(seen: Any) -> None:
+        ticks[0] += 1
+        contact[0] = contact[0] or seen.state.contact
+        if judge.finished or ticks[0] % every_ticks:
+            return
+        commands.append((seen.command.linear_m_s, seen.command.angular_rad_s))
+        judge.update(seen.state.pose, contact[0], seen.state.time_s)
+        contact[0] = None
+
+    harness.drive(
+        task.plan,
+        task.start,
+        seed=seed_of("episode", 0, AGENT, task.index),
+        until=lambda: judge.finished or stop(),
+        on_step=note,
+    )
+    return judge, commands
+
+
+def outcomes(worker: EpisodeWorker) -> tuple[str, dict[str, float], dict[str, Any]]:
+    """The same plans with ROS in lock-step and without."""
+    rows = []
+    with harness_of(worker, worker.suite.tasks[0], lockstep=True) as harness:
+        for task in worker.suite.tasks:
+            record = worker.run(AGENT, task.index)
+            judge, commands = drive(harness, worker, task, 1, lambda: False)
+            without = [(each.linear_m_s, each.angular_rad_s) for each in record.steps]
+            row = {
+                "plan": task.index,
+                "nodes": len(task.plan.nodes),
+                "strict": str(record.strict.outcome),
+                "strict_with_ros": str(judge.strict.outcome),
+                "tolerant": str(record.tolerant.outcome),
+                "tolerant_with_ros": str(judge.tolerant.outcome),
+                "steps": len(without),
+                "same_commands": without == commands,
+            }
+            rows.append(row)
+            print(row, file=sys.stderr)
+    same = [
+        row["strict"] == row["strict_with_ros"] and row["tolerant"] == row["tolerant_with_ros"]
+        for row in rows
+    ]
+    metrics = {
+        "plans": float(len(rows)),
+        "plans_with_same_outcomes": float(sum(same)),
+        "plans_with_same_commands": float(sum(row["same_commands"] for row in rows)),
+        "steps_compared": float(sum(row["steps"] for row in rows)),
+    }
+    return "ros_outcomes", metrics, {"agent": AGENT, "plans": rows}
+
+
+def latency(worker: EpisodeWorker, seconds: float) -> tuple[str, dict[str, float], dict[str, Any]]:
+    """Plan after plan in real time, until the time is over."""
+    memory: list[tuple[float, int, int]] = []
+    began_s = time.monotonic()
+    frames = 0
+    with harness_of(worker, worker.suite.tasks[0]) as harness:
+        node, round_ = harness.node, 0
+        node.latencies_ms.clear()
+        while time.monotonic() - began_s < seconds:
+            task = worker.suite.tasks[round_ % len(worker.suite.tasks)]
+            before = node.ticks
+            drive(harness, worker, task, 10, lambda: time.monotonic() - began_s >= seconds)
+            # The first frame of a drive waits for the goal to be accepted.
+            frames += max((node.ticks - before) // 10 - 2, 0)
+            memory.append((time.monotonic() - began_s, harness.agent.resident_kib(), own_kib()))
+            round_ += 1
+        found = np.array(node.latencies_ms)
+        late = node.late_ticks / max(node.ticks, 1)
+    histogram(found)
+    missed = max(frames - int((found <= 200.0).sum()), 0) / max(frames, 1)
+    settled = memory[len(memory) // 5]
+    metrics = {
+        "seconds": seconds,
+        "decisions": float(len(found)),
+        "latency_ms_p50": float(np.percentile(found, 50)),
+        "latency_ms_p99": float(np.percentile(found, 99)),
+        "latency_ms_p999": float(np.percentile(found, 99.9)),
+        "latency_ms_max": float(found.max()),
+        "missed_deadline_share": missed,
+        "late_tick_share": late,
+        "agent_memory_growth_mib": (memory[-1][1] - settled[1]) / 1024,
+        "simulator_memory_growth_mib": (memory[-1][2] - settled[2]) / 1024,
+    }
+    details = {
+        "agent": AGENT,
+        "load_average": os.getloadavg(),
+        "cpus": len(os.sched_getaffinity(0)),
+        "memory_s_agent_kib_simulator_kib": memory,
+        "histogram_ms": np.histogram(found, bins=[*range(0, 101, 2), 150, 200, 500, 1e9])[
+            0
+        ].tolist(),
+    }
+    return "ros_latency", metrics, details
+
+
+def own_kib() -> int:
+    """Memory of this process."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1])
+    return 0
+
+
+def histogram(latencies_ms: np.ndarray) -> None:
+    """The picture of docs/ros.md."""
+    import matplotlib
+
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+
+    figure, ax = plt.subplots(figsize=(6.4, 2.8), constrained_layout=True)
+    ax.hist(np.minimum(latencies_ms, 100), bins=100, range=(0, 100), color="#3b6ea5")
+    p99 = float(np.percentile(latencies_ms, 99))
+    ax.axvline(min(p99, 100), color="#c0392b", lw=1.2, label=f"99 %: {p99:.0f} ms")
+    ax.axvline(60, color="#555555", lw=1.0, ls="--", label="asked: 60 ms")
+    ax.set_xlabel("depth stamp to cmd_vel, ms (100: and more)")
+    ax.set_ylabel("decisions")
+    ax.legend(frameon=False)
+    figure.savefig(RESULTS / "ros_latency.png", dpi=110)
+
+
+def faults(worker: EpisodeWorker, rate: float) -> tuple[str, dict[str, float], dict[str, Any]]:
+    """What faulty cameras do, and a killed agent."""
+    table: dict[str, list[dict[str, Any]]] = {}
+    for name, texts in FAULTS.items():
+        table[name] = []
+        spec: FaultSpec = parse_faults(texts)
+        with harness_of(worker, worker.suite.tasks[0], rate=rate, faults=spec) as harness:
+            for task in worker.suite.tasks:
+                judge, _ = drive(harness, worker, task, 10, lambda: False)
+                row = {
+                    "plan": task.index,
+                    "strict": str(judge.strict.outcome),
+                    "tolerant": str(judge.tolerant.outcome),
+                    "nodes_reached": judge.tolerant.nodes_reached,
+                }
+                table[name].append(row)
+                print(name, row, file=sys.stderr)
+    stop_s = killed(worker, rate)
+    clean = [row["tolerant"] == "collided" for row in table["clean"]]
+    metrics = {"kill_to_standstill_s": stop_s}
+    for name, rows in table.items():
+        collided = [row["tolerant"] == "collided" for row in rows]
+        metrics[f"{name}_successes"] = float(sum(row["tolerant"] == "success" for row in rows))
+        metrics[f"{name}_collisions"] = float(sum(collided))
+        new = sum(now and not before for now, before in zip(collided, clean, strict=True))
+        metrics[f"{name}_collisions_not_in_clean"] = float(new)
+    return "ros_faults", metrics, {"agent": AGENT, "rate": rate, "plans": table}
+
+
+def killed(worker: EpisodeWorker, rate: float) -> float:
+    """Simulated seconds from kill -9 to standstill."""
+    task = worker.suite.tasks[0]
+    killed_ns: list[int] = []
+    moving_ns: list[int] = []
+
+    def note(seen: Any) -> None:
+        speed = abs(seen.state.velocity.linear_m_s)
+        if killed_ns and speed > 0.02:
+            moving_ns.append(seen.time_ns)
+        if not killed_ns and speed > 0.35:
+            harness.agent.kill()
+            killed_ns.append(seen.time_ns)
+
+    with harness_of(worker, task, rate=rate) as harness:
+        harness.drive(task.plan, task.start, on_step=note, until=lambda: bool(killed_ns))
+        harness.watch(note)
+        end_ns = killed_ns[0] + 1_500_000_000
+        harness.node.run(lambda: harness.node.robot.time_ns > end_ns)
+    return (moving_ns[-1] - killed_ns[0]) / 1e9
+
+
+if __name__ == "__main__":
+    sys.exit(main())
