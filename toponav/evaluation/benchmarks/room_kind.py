@@ -44,7 +44,7 @@ def measure_room_kind(
     rng = np.random.default_rng(seed)
     images, names = _pictures(_TRAIN, train_homes, per_room, rng)
     test_images, test_names = _pictures(_TEST, test_homes, per_room, rng)
-    kinds = sorted(set(names))
+    kinds = sorted(set(names.tolist()))
     kept = np.isin(test_names, kinds)
     labels = np.searchsorted(kinds, names)
     truth = np.searchsorted(kinds, test_names[kept])
