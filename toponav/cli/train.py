@@ -9,6 +9,7 @@ import tyro
 
 from toponav.cli._train_baselines import behavrnn, phasenet
 from toponav.cli._train_best import best
+from toponav.cli._train_nts import nts
 from toponav.cli._training import open_training_set, print_results, shown
 from toponav.core.vocabulary import Behavior
 from toponav.models.graphnav.presets import PresetName, get_preset
@@ -25,6 +26,7 @@ def register() -> dict[tuple[str, ...], Callable[..., int]]:
         ("train", "phasenet"): phasenet,
         ("train", "behavrnn"): behavrnn,
         ("train", "best"): best,
+        ("train", "nts"): nts,
         ("train", "all"): everything,
         ("train", "release"): release,
     }

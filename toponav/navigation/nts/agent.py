@@ -1,0 +1,286 @@
+"""The agent of Neural Topological SLAM, and its two ablations."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from toponav.core.geometry import Pose2
+from toponav.core.imagenav import (
+    DIRECTIONS,
+    NODE_RADIUS_M,
+    Action,
+    BeliefEdge,
+    BeliefGhost,
+    BeliefNode,
+    ImageGoal,
+    ImageNavBelief,
+    PanoramaObservation,
+    direction_of_bin,
+)
+from toponav.maps.image_graph import ImageGraph
+from toponav.models.checkpoints import load_nts
+from toponav.models.nts.network import NTSNetwork
+from toponav.navigation.nts.global_policy import GlobalPolicy, GlobalPolicyConfig
+from toponav.navigation.nts.goal_finder import FinderConfig, GoalFinder
+from toponav.navigation.nts.graph_update import GraphUpdate, GraphUpdateConfig
+from toponav.navigation.nts.local_policy import LocalPolicy, LocalPolicyConfig
+from toponav.navigation.nts.perception import Perception, View, fault_of
+from toponav.navigation.nts.pose_tracking import PoseTracker
+
+__all__ = ["NTSAgent", "NTSAgentConfig"]
+
+
+@dataclass(frozen=True)
+class NTSAgentConfig:
+    """How the agent decides."""
+
+    use_graph: bool = True
+    """Without, it heads for the best-scored direction of what it sees (the paper's ablation)."""
+    use_score: bool = True
+    """Without, it picks ghosts by chance (the paper's ablation)."""
+    keep_panoramas: bool = True
+    """Whether nodes keep their pictures, for display and for saving."""
+    finder: FinderConfig = field(default_factory=FinderConfig)
+    graph: GraphUpdateConfig = field(default_factory=GraphUpdateConfig)
+    ghosts: GlobalPolicyConfig = field(default_factory=GlobalPolicyConfig)
+    local: LocalPolicyConfig = field(default_factory=LocalPolicyConfig)
+    approach_steps: int = 70
+    """The goal's place is given up when it was not reached in so many steps."""
+    greedy_steps: int = 8
+    """Without a graph, the direction is chosen anew in so many steps."""
+
+
+class NTSAgent:
+    """Explores until it sees the goal, goes there and stops.
+
+    Args:
+        network: The multi-task network; whether it asks for depth says what the agent uses.
+        config: How it decides.
+        seed: Of its random choices.
+
+    Example:
+        >>> agent = NTSAgent.from_weights("nts", depth=True)
+        >>> agent.reset(goal)
+        >>> action = agent.act(observation)
+    """
+
+    def __init__(
+        self, network: NTSNetwork, config: NTSAgentConfig | None = None, *, seed: int = 0
+    ) -> None:
+        self.config = config or NTSAgentConfig()
+        self.perception = Perception(network)
+        self._seed = seed
+        self._episode = 0
+        self._finder: GoalFinder | None = None
+        self._begin()
+
+    @staticmethod
+    def from_weights(
+        weights: str | Path = "nts",
+        *,
+        depth: bool,
+        config: NTSAgentConfig | None = None,
+        seed: int = 0,
+    ) -> "NTSAgent":
+        """The agent with weights of a folder, or with those that ship (`nts`)."""
+        return NTSAgent(load_nts(weights, depth=depth), config, seed=seed)
+
+    @property
+    def graph(self) -> ImageGraph:
+        """The map so far."""
+        return self._update.graph
+
+    def reset(self, goal: ImageGoal, *, keep_map: bool = False) -> None:
+        """Begins an episode.
+
+        Args:
+            goal: The picture to find; a broken one ends the episode with a reason.
+            keep_map: Go on from the map and pose of the last episode, for sequential goals.
+        """
+        if not keep_map:
+            self._episode = 0
+            self._begin()
+        else:
+            self._episode += 1
+        self._mode, self._why, self._subgoal = "explore", "", None
+        self._finder = None
+        self._approach = 0
+        wants_depth = self.perception.depth
+        fault = fault_of(goal.rgb, goal.depth_m, wants_depth=wants_depth)
+        if fault:
+            self._why = f"the goal cannot be looked for: {fault}"
+            return
+        seen = self.perception.see(goal.rgb, goal.depth_m)
+        self._finder = GoalFinder(self.perception, seen, self.config.finder)
+        for ghost in self.graph.ghosts:
+            ghost.score = None
+        ghosts = GlobalPolicyConfig(
+            **{**vars(self.config.ghosts), "use_score": self.config.use_score}
+        )
+        self._policy = GlobalPolicy(self.perception, seen, ghosts, self._rng)
+        if keep_map and self.config.use_graph:
+            self._look_back()
+
+    def act(self, observation: PanoramaObservation) -> Action:
+        """The next action."""
+        self._step += 1
+        finder = self._finder
+        if finder is None:
+            self._mode = "stop"
+            return Action.STOP
+        fault = fault_of(observation.rgb, observation.depth_m, wants_depth=self.perception.depth)
+        if fault:
+            return self._blind(observation)
+        view = self.perception.see(observation.rgb, observation.depth_m)
+        pose = self._tracker.update(observation.odometry, view.signature, self._last_action)
+        self._view = view
+        self._local.observe(observation, pose, None if self.perception.depth else view.obstacle_m)
+        is_new = self._update.update(view, observation.rgb, pose, self._step)
+        if is_new:
+            self._policy.score_ghosts(self.graph, self._update.views)
+        self._update.remove_explored(pose)
+        finder.look(view, pose, self._step)
+        if finder.has_arrived:
+            self._mode, self._why = "stop", "the goal's picture looks like this place"
+            action = Action.STOP
+        else:
+            action = self._move(pose)
+        self._last_action = action
+        return action
+
+    def belief(self) -> ImageNavBelief:
+        """What it thinks after the last `act`."""
+        graph, finder, view = self.graph, self._finder, self._view
+        place = finder.place if finder is not None else None
+        score = None
+        if view is not None and finder is not None and self.config.use_score:
+            score = self.perception.compare([view], finder.goal).score[0]
+        return ImageNavBelief(
+            pose=self._tracker.pose,
+            nodes=tuple(BeliefNode(n.pose, n.step, n.panorama) for n in graph.nodes),
+            edges=tuple(BeliefEdge(edge.source, edge.target) for edge in graph.edges),
+            ghosts=tuple(
+                BeliefGhost(ghost.node, graph.pose_of_ghost(ghost), ghost.score)
+                for ghost in graph.ghosts
+            ),
+            node=self._update.node,
+            goal_node=None if place is None else _nearest(graph, place),
+            goal=place,
+            subgoal=self._subgoal,
+            explorable=None if view is None else view.explorable,
+            score=score,
+            mode=self._mode,
+            stopped_because=self._why,
+        )
+
+    def _begin(self) -> None:
+        self._rng = np.random.default_rng(self._seed)
+        self._update = GraphUpdate(self.perception, self.config.graph, self.config.keep_panoramas)
+        self._tracker = PoseTracker(aligned=self.perception.depth)
+        self._local = LocalPolicy(self.config.local, self._seed)
+        self._last_action: Action | None = None
+        self._view: View | None = None
+        self._subgoal: Pose2 | None = None
+        self._step = -1
+        self._approach = 0
+        self._mode, self._why = "explore", ""
+        self._greedy: tuple[int, Pose2] | None = None
+        self._edge: tuple[int, Pose2] | None = None
+
+    def _look_back(self) -> None:
+        """Localizes a new goal in the map that is there already."""
+        assert self._finder is not None
+        self._policy.score_ghosts(self.graph, self._update.views)
+        for node, view in zip(self.graph.nodes, self._update.views, strict=True):
+            self._finder.consider(view, node.pose)
+
+    def _move(self, pose: Pose2) -> Action:
+        finder = self._finder
+        assert finder is not None
+        if finder.place is not None:
+            self._mode = "approach"
+            self._approach += 1
+            if self._approach <= self.config.approach_steps:
+                return self._drive(finder.place)
+            finder.give_up()
+        self._approach = 0
+        self._mode = "explore"
+        return self._drive(self._where_to_explore(pose))
+
+    def _where_to_explore(self, pose: Pose2) -> Pose2:
+        if not self.config.use_graph:
+            return self._greedy_direction(pose)
+        for _ in range(4):
+            ghost = self._policy.choose(self.graph, self._update.node, pose)
+            if ghost is None:
+                break
+            place = self.graph.pose_of_ghost(ghost)
+            if self._local.can_reach((place.x_m, place.y_m)):
+                return place
+            if self._update.node != ghost.node:
+                return self._policy.subgoal(self.graph, self._update.node, ghost, pose)
+            self._policy.drop(self.graph)
+        return self._frontier(pose)
+
+    def _frontier(self, pose: Pose2) -> Pose2:
+        """Where what is known ends, when no ghost is left; kept until it is reached."""
+        if self._edge is not None:
+            until, place = self._edge
+            if self._step < until and pose.distance_to(place) > 0.5:
+                return place
+        frontier = self._local.frontier()
+        if frontier is None:
+            return self._wander(pose)
+        place = Pose2(*frontier, 0.0)
+        self._edge = (self._step + 30, place)
+        return place
+
+    def _greedy_direction(self, pose: Pose2) -> Pose2:
+        """Straight into the direction with the best score, with no memory but that."""
+        view, finder = self._view, self._finder
+        assert view is not None and finder is not None
+        if self._greedy is not None:
+            until, place = self._greedy
+            if self._step < until and pose.distance_to(place) > 0.5:
+                return place
+        score = self.perception.compare([view], finder.goal).score[0]
+        open_to = view.explorable > self.config.graph.explorable
+        chances = np.where(open_to, score, score * 0.05) if open_to.any() else score
+        away = direction_of_bin(int(chances.argmax()))
+        x_m, y_m = NODE_RADIUS_M * math.cos(away), NODE_RADIUS_M * math.sin(away)
+        place = pose.compose(Pose2(x_m, y_m, away))
+        self._greedy = (self._step + self.config.greedy_steps, place)
+        return place
+
+    def _wander(self, pose: Pose2) -> Pose2:
+        """Nothing is left to explore: go through the map again."""
+        if self._greedy is None or self._step >= self._greedy[0]:
+            if self.graph.nodes and self._rng.random() < 0.7:
+                number = int(self._rng.integers(len(self.graph.nodes)))
+                place = self.graph.nodes[number].pose
+            else:
+                away = direction_of_bin(int(self._rng.integers(DIRECTIONS)))
+                place = pose.compose(Pose2(2 * math.cos(away), 2 * math.sin(away), 0.0))
+            self._greedy = (self._step + 40, place)
+        return self._greedy[1]
+
+    def _drive(self, place: Pose2) -> Action:
+        self._subgoal = place
+        return self._local.action((place.x_m, place.y_m))
+
+    def _blind(self, observation: PanoramaObservation) -> Action:
+        """The cameras are dead: feel the way on the map that is there."""
+        pose = self._tracker.update(observation.odometry, None, self._last_action)
+        self._mode = "recover"
+        self._local.observe(observation, pose)
+        action = self._drive(self._wander(pose))
+        self._last_action = action
+        return action
+
+
+def _nearest(graph: ImageGraph, place: Pose2) -> int | None:
+    """The node that a place belongs to, where there is one."""
+    near = [(node.pose.distance_to(place), node.number) for node in graph.nodes]
+    return min(near)[1] if near and min(near)[0] < NODE_RADIUS_M else None

@@ -1,0 +1,124 @@
+"""Where the goal is: found from afar, checked while coming closer, and the decision to stop."""
+
+import math
+from dataclasses import dataclass
+
+from toponav.core.geometry import Pose2
+from toponav.navigation.nts.perception import Perception, View
+from toponav.navigation.nts.registration import Registration, align, register
+
+__all__ = ["FinderConfig", "GoalFinder"]
+
+
+@dataclass(frozen=True)
+class FinderConfig:
+    """When the goal counts as found, as reached, and as a mistake."""
+
+    reach_m: float = 4.0
+    """The goal is looked for this far from the robot."""
+    found: float = 0.56
+    """Agreement from which on a place is taken for the goal, from afar."""
+    network_share: float = 0.06
+    """What a confident network adds to the agreement, or takes from it."""
+    near_m: float = 1.0
+    """Nearer than this, the goal has to look right."""
+    near: float = 0.64
+    """Agreement that it needs there."""
+    stop_m: float = 0.4
+    """Stop within this distance."""
+    every_steps: int = 2
+    """The goal is looked for everywhere in so many steps."""
+    mistake_m: float = 0.8
+    """Places within this distance of a mistake are mistakes."""
+    confirmations: int = 2
+    """Steps in which the goal has to be seen within `stop_m` before stopping."""
+
+
+class GoalFinder:
+    """Looks for the place of the goal's picture around the robot.
+
+    Other agents use it as it is: give it each view with `look`, drive to `place`, and stop when
+    `has_arrived`.
+
+    Args:
+        perception: The network's functions.
+        goal: The goal's view.
+        config: Thresholds.
+    """
+
+    def __init__(
+        self, perception: Perception, goal: View, config: FinderConfig | None = None
+    ) -> None:
+        self.config = config or FinderConfig()
+        self.goal = goal
+        self.place: Pose2 | None = None
+        self.score = 0.0
+        self.has_arrived = False
+        self._perception = perception
+        self._mistakes: list[tuple[Pose2, float]] = []
+        self._seen_near = 0
+        self._missed_near = 0
+
+    def look(self, view: View, pose: Pose2, step: int) -> Pose2 | None:
+        """Where the goal is, in the frame of the start, after another view; None if unknown."""
+        if self.place is not None:
+            self._check(view, pose)
+        is_close = self.place is not None and pose.distance_to(self.place) < self.config.near_m
+        if not is_close and step % self.config.every_steps == 0:
+            self._search(view, pose)
+        return self.place
+
+    def consider(self, view: View, pose: Pose2) -> bool:
+        """Looks from another place, such as a node of the map; whether the goal is there."""
+        before = self.place
+        self._search(view, pose)
+        return self.place is not before
+
+    def give_up(self) -> None:
+        """The place cannot be reached or is wrong: look elsewhere."""
+        if self.place is not None:
+            self._mistakes.append((self.place, self.score))
+        self.place, self.score = None, 0.0
+        self._seen_near = self._missed_near = 0
+
+    def _search(self, view: View, pose: Pose2) -> None:
+        config = self.config
+        found = register(view.signature, self.goal.signature, config.reach_m)
+        if found.score < config.found - config.network_share:
+            return
+        chance = float(self._perception.compare([view], self.goal).connection[0])
+        score = found.score + config.network_share * (2.0 * chance - 1.0)
+        place = pose.compose(found.pose)
+        if score > config.found and score > self.score and not self._is_mistake(place, score):
+            self.place, self.score = place, score
+
+    def _check(self, view: View, pose: Pose2) -> None:
+        """Looks again at the place believed, when it is near enough to be sure."""
+        assert self.place is not None
+        config = self.config
+        if pose.distance_to(self.place) > config.reach_m:
+            return
+        found = align(view.signature, self.goal.signature, self.place.relative_to(pose))
+        away_m = math.hypot(found.pose.x_m, found.pose.y_m)
+        if found.score >= min(self.score, config.near):
+            self._take(found, pose)
+        if pose.distance_to(self.place) > config.near_m:
+            return
+        if found.score >= config.near:
+            self._missed_near = 0
+            self._seen_near += away_m < config.stop_m
+            self.has_arrived = self._seen_near >= config.confirmations
+            return
+        self._missed_near += 1
+        if self._missed_near >= 3 and pose.distance_to(self.place) < 0.6:
+            self.give_up()
+
+    def _take(self, found: Registration, pose: Pose2) -> None:
+        self.place = pose.compose(found.pose)
+        self.score = max(self.score, found.score)
+
+    def _is_mistake(self, place: Pose2, score: float) -> bool:
+        return any(
+            place.distance_to(one) < self.config.mistake_m and score < before + 0.1
+            for one, before in self._mistakes
+        )
