@@ -12,7 +12,11 @@ from toponav.evaluation.suite import SuiteSource, load_suite, seed_of
 from toponav.evaluation.worker import EpisodeWorker, RunSettings
 from toponav.sim.simulation import Simulation
 
-pytestmark = pytest.mark.ros
+pytestmark = [
+    pytest.mark.ros,
+    # lark, on import, which the wheels' message generators bring.
+    pytest.mark.filterwarnings("ignore:module 'sre_:DeprecationWarning"),
+]
 
 PLANS = 5
 

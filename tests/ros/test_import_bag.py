@@ -137,7 +137,7 @@ def test_bags_are_added_one_by_one(floor: Path, plan: Plan, tmp_path: Path) -> N
     assert (manifest.episodes, manifest.complete) == (2, True)
     assert check_bag(trajectory_path(out, 1)) == ""
     # A bag of ours brings its own plan and poses.
-    own = words[:2] + [str(trajectory_path(out, 0))] + words[3:7] + ["--robot", "turtlebot4"]
+    own = [*words[:2], str(trajectory_path(out, 0)), *words[3:7], "--robot", "turtlebot4"]
     assert main(own) == 0
     first, third = (read_trajectory(trajectory_path(out, index)) for index in (0, 2))
     np.testing.assert_array_equal(first.pose, third.pose)

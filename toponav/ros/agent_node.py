@@ -36,6 +36,7 @@ from toponav.ros.watchdog import Watchdog, WatchdogConfig
 __all__ = ["AgentNode", "AgentNodeConfig"]
 
 _NS: Final = 10**9
+_SIGNALS_S: Final = 0.2
 _WATCH_S: Final = 0.05
 _WAIT_S: Final = 0.1
 
@@ -126,7 +127,9 @@ class AgentNode(Node):  # type: ignore[misc]
         executor = MultiThreadedExecutor(num_threads=4)
         executor.add_node(self)
         try:
-            executor.spin()
+            # With a timeout: Python handles SIGTERM and Ctrl-C between two waits only.
+            while rclpy.ok():
+                executor.spin_once(timeout_sec=_SIGNALS_S)
         except ExternalShutdownException:
             pass
         finally:
@@ -276,7 +279,7 @@ class AgentNode(Node):  # type: ignore[misc]
 
     def _follow(self, handle: Any, loop: DriveLoop) -> DriveResult:
         last_ns, waiting_since_s = -1, time.monotonic()
-        while rclpy.ok():
+        while rclpy.ok() and not self._closing.is_set():
             if handle.is_cancel_requested:
                 return loop.result("cancelled", "the goal was cancelled")
             frame = self._next_frame(last_ns)

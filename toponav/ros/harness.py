@@ -87,10 +87,10 @@ class Harness:
         agent: Sequence[str],
         log: Path,
     ) -> None:
-        self.agent = AgentProcess([*agent, "--sim-time"], log)
         self._watchers: list[Callable[[StepSeen], None]] = []
         self.node = SimNode(simulation, start, config, self._show)
         self._client = ActionClient(self.node, FollowPlan, "follow_plan")
+        self.agent = AgentProcess([*agent, "--sim-time"], log)
 
     def __enter__(self) -> "Harness":
         try:

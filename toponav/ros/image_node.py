@@ -41,6 +41,7 @@ from toponav.ros.presets import RobotPreset
 __all__ = ["ImageNode"]
 
 _STOP: Final = Velocity(0.0, 0.0)
+_SIGNALS_S: Final = 0.2
 _CONTROL_S: Final = 0.05
 _FRESH_S: Final = 0.5
 _FAULT_S: Final = 10.0
@@ -97,7 +98,9 @@ class ImageNode(Node):  # type: ignore[misc]
         executor = MultiThreadedExecutor(num_threads=3)
         executor.add_node(self)
         try:
-            executor.spin()
+            # With a timeout: Python handles SIGTERM and Ctrl-C between two waits only.
+            while rclpy.ok():
+                executor.spin_once(timeout_sec=_SIGNALS_S)
         except ExternalShutdownException:
             pass
         finally:
