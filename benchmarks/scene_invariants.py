@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from toponav.cli.progress_bar import progress
-from toponav.core.files import write_atomically
+from toponav.core.files import read_json_object, write_atomically
 from toponav.evaluation.benchmarks.record import Benchmark, write_benchmark
 from toponav.worlds.generate.home import HOME_VERSION, generate_home
 from toponav.worlds.generate.office import OFFICE_VERSION, generate_office
@@ -66,7 +66,10 @@ def _write(tallies: list["Tally"], out: Path, with_hashes: bool) -> None:
     }
     write_benchmark(Benchmark("scene_invariants", metrics, settings), out)
     if with_hashes:
-        hashes = {tally.kind: tally.hashes for tally in tallies}
+        # What this run has not come to yet stays as it was.
+        hashes = read_json_object(HASHES_FILE) if HASHES_FILE.is_file() else {}
+        for tally in tallies:
+            hashes[tally.kind] = hashes.get(tally.kind, {}) | tally.hashes
         write_atomically(HASHES_FILE, (json.dumps(hashes, indent=1) + "\n").encode())
 
 
