@@ -13,7 +13,9 @@ __all__ = ["demo", "register"]
 
 def register() -> dict[tuple[str, ...], Callable[..., Any]]:
     """The commands of this module."""
-    return {("demo",): demo}
+    from toponav.cli._demo_imagenav import demo_imagenav
+
+    return {("demo",): demo, ("demo", "imagenav"): demo_imagenav}
 
 
 def demo(

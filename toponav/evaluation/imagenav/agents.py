@@ -71,8 +71,68 @@ def _shortest_path(context: ImageNavContext) -> ImageNavAgent:
     return ShortestPathAgent()
 
 
+def _nts(depth: bool, *, use_graph: bool = True, use_score: bool = True) -> Builder:
+    def build(context: ImageNavContext) -> ImageNavAgent:
+        from toponav.navigation.nts.agent import NTSAgent, NTSAgentConfig
+
+        config = NTSAgentConfig(use_graph=use_graph, use_score=use_score)
+        return NTSAgent(_network(context, depth), config, seed=context.seed)
+
+    return build
+
+
+def _frontier(context: ImageNavContext) -> ImageNavAgent:
+    from toponav.navigation.baselines.frontier import FrontierAgent
+    from toponav.navigation.nts.perception import Perception
+
+    return FrontierAgent(Perception(_network(context, True)), seed=context.seed)
+
+
+def _ans(depth: bool) -> Builder:
+    def build(context: ImageNavContext) -> ImageNavAgent:
+        from toponav.navigation.baselines.ans import ActiveNeuralSlamAgent
+        from toponav.navigation.nts.perception import Perception
+
+        return ActiveNeuralSlamAgent(Perception(_network(context, depth)), seed=context.seed)
+
+    return build
+
+
+def _oracle(*truths: Any) -> Builder:
+    def build(context: ImageNavContext) -> ImageNavAgent:
+        from toponav.evaluation.imagenav.oracle import FUNCTIONS, OracleAgent
+
+        network = _network(context, True)
+        return OracleAgent(network, truths or FUNCTIONS, seed=context.seed)
+
+    return build
+
+
+def _network(context: ImageNavContext, depth: bool) -> Any:
+    from toponav.models.checkpoints import load_nts
+
+    return load_nts(context.weights or "nts", depth=depth)
+
+
+def _partial(function: str) -> ImageNavSpec:
+    title = f"NTS, true {function.replace('_', ' ')}"
+    return ImageNavSpec(title, _oracle(function), is_privileged=True)
+
+
 IMAGE_NAV_AGENTS: dict[str, ImageNavSpec] = {
+    "nts_rgb": ImageNavSpec("Neural Topological SLAM", _nts(False), depth=False),
+    "nts_rgbd": ImageNavSpec("Neural Topological SLAM", _nts(True)),
+    "nts_no_graph_rgbd": ImageNavSpec("NTS without graph", _nts(True, use_graph=False)),
+    "nts_no_score_rgbd": ImageNavSpec("NTS without score", _nts(True, use_score=False)),
+    "ans_rgb": ImageNavSpec("Active Neural SLAM, adapted", _ans(False), depth=False),
+    "ans_rgbd": ImageNavSpec("Active Neural SLAM, adapted", _ans(True)),
+    "frontier_rgbd": ImageNavSpec("Metric map + frontiers", _frontier),
     "random": ImageNavSpec("Random walk", _random, depth=False, is_learned=False),
+    "oracle": ImageNavSpec("NTS, all four functions true", _oracle(), is_privileged=True),
+    "oracle_localization": _partial("localization"),
+    "oracle_relative_pose": _partial("relative_pose"),
+    "oracle_explorable": _partial("explorable"),
+    "oracle_score": _partial("score"),
     "shortest_path": ImageNavSpec(
         "Shortest path (floor plan)", _shortest_path, is_learned=False, is_privileged=True
     ),

@@ -141,6 +141,7 @@ class StepView:
 
     Attributes:
         goal: Number of the goal.
+        goal_pose: Where its picture was taken.
         goal_image: Its picture.
         pose: True pose before the action.
         observation: What the robot saw.
@@ -149,6 +150,7 @@ class StepView:
     """
 
     goal: int
+    goal_pose: Pose2
     goal_image: ImageGoal
     pose: Pose2
     observation: PanoramaObservation
@@ -172,7 +174,8 @@ def run_episode(
     """The record of one episode.
 
     Every goal has the simulation's number of steps. After a goal, reached or not, the robot goes
-    on from where it is; an agent whose `reset` knows `keep_map` keeps what it has learned.
+    on from where it is; an agent whose `reset` knows `keep_map` keeps what it has learned. Where
+    stopping ends nothing, an agent with a method `stop_denied` is told that it was wrong.
 
     Args:
         simulation: The robot in the episode's building.
@@ -232,9 +235,11 @@ def _seek(
         )  # fmt: skip
         steps.append(step)
         if on_step is not None:
-            on_step(StepView(number, image, pose, observation, action, belief))
+            on_step(StepView(number, simulation.goal, image, pose, observation, action, belief))
         if state.done:
             break
+        if action == Action.STOP and hasattr(agent, "stop_denied"):
+            agent.stop_denied()
     stopped = action == Action.STOP and simulation.stop
     found = GoalRecord(
         goal=simulation.goal,

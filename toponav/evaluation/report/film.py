@@ -256,12 +256,22 @@ def _disc(
 
 
 def write_film(
-    path: Path, frames: Iterator[UInt8[np.ndarray, "height width 3"]], fps: float
+    path: Path,
+    frames: Iterator[UInt8[np.ndarray, "height width 3"]],
+    fps: float,
+    size: tuple[int, int] = _SIZE,
 ) -> None:
-    """Write the frames as an H.264 film that every browser plays."""
+    """Write the frames as an H.264 film that every browser plays.
+
+    Args:
+        path: Where to write.
+        frames: Pictures of that size.
+        fps: Frames a second.
+        size: Width and height, multiples of 16.
+    """
     writer = imageio_ffmpeg.write_frames(
         str(path),
-        _SIZE,
+        size,
         fps=fps,
         codec="libx264",
         quality=None,
