@@ -20,6 +20,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo, Image
 from toponav_msgs.action import FollowPlan
+from visualization_msgs.msg import MarkerArray
 
 from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Agent, Velocity, VelocityLimits
@@ -29,6 +30,7 @@ from toponav.maps.spec import TopologicalMap
 from toponav.maps.task import NavigationTask
 from toponav.ros import _fill, _qos
 from toponav.ros.agent_loop import STOP, DriveConfig, DriveLoop, DriveResult, Progress
+from toponav.ros.markers import belief_markers, map_markers
 from toponav.ros.presets import RobotPreset, robot_preset
 from toponav.ros.tasks import task_of_goal
 from toponav.ros.watchdog import Watchdog, WatchdogConfig
@@ -94,6 +96,9 @@ class AgentNode(Node):  # type: ignore[misc]
         self._closing = threading.Event()
         kind = TwistStamped if config.robot.stamped else Twist
         self._commands = self.create_publisher(kind, config.robot.cmd_vel, _qos.COMMAND)
+        self._map_markers = self.create_publisher(MarkerArray, "~/markers", _qos.LATCHED)
+        self._map_markers.publish(map_markers(map_, "map"))
+        self._belief_markers = self.create_publisher(MarkerArray, "~/belief", _qos.LATCHED)
         sensors = MutuallyExclusiveCallbackGroup()
         self.create_subscription(
             Image, config.robot.depth, self._on_depth, _qos.SENSOR, callback_group=sensors
@@ -295,6 +300,9 @@ class AgentNode(Node):  # type: ignore[misc]
             progress = loop.step(frame.depth_m, stamp_s, self.now_s)
             self._send(progress.command, frame.stamp_ns)
             handle.publish_feedback(_feedback(progress))
+            if self._belief_markers.get_subscription_count():
+                markers = belief_markers(loop.task, progress.belief, "map")
+                self._belief_markers.publish(markers)
             ended = loop.ended(stamp_s)
             if ended is not None:
                 return ended
