@@ -18,6 +18,8 @@ from toponav.sim.simulation import CONTROL_PERIOD_S, Simulation
 __all__ = ["ConstantAgent", "LoopTimes", "measure_closed_loop", "time_closed_loop"]
 
 _STEPS_PER_TASK = 50
+_WEIGHTS = {"closed_loop": "compact", "best_closed_loop": "best"}
+"""Shipped weights that are timed, by the name of their figures."""
 
 
 class ConstantAgent:
@@ -60,7 +62,7 @@ class LoopTimes:
 def measure_closed_loop(
     agent_name: str = "graphnav_pf", steps: int = 300, repeats: int = 3
 ) -> Benchmark:
-    """Real-time factor per core of the closed loop, and the memory it takes.
+    """Real-time factor per core of the closed loop with both shipped weights, and its memory.
 
     Figures that include the agent are left out, and `settings` says why, where its weights are
     not there.
@@ -85,28 +87,30 @@ def measure_closed_loop(
         "per_core": "simulated seconds per second of processor time, one thread",
     }
     runs: dict[str, Agent[NavigationTask]] = {"simulator": ConstantAgent()}
-    try:
-        runs["closed_loop"] = _learned_agent(agent_name, suite, camera)
-    except (InputError, ImportError) as error:
-        settings["left_out"] = f"{agent_name}: {error}"
+    for name, weights in _WEIGHTS.items():
+        try:
+            runs[name] = _learned_agent(agent_name, weights, suite, camera)
+        except (InputError, ImportError) as error:
+            settings["left_out"] = f"{agent_name}: {error}"
     simulation = Simulation(suite.scene, camera)
     for agent in runs.values():
         time_closed_loop(simulation, agent, suite, 20)
     factors: dict[str, list[float]] = {name: [] for name in runs}
-    agent_ms: list[float] = []
+    agent_ms: dict[str, list[float]] = {name: [] for name in runs if name in _WEIGHTS}
     for _ in range(repeats):
         for name, agent in runs.items():
             times = time_closed_loop(simulation, agent, suite, steps)
             factors[name].append(times.real_time_factor())
-            if name == "closed_loop":
-                agent_ms += (times.agent_s * 1e3).tolist()
+            if name in agent_ms:
+                agent_ms[name] += (times.agent_s * 1e3).tolist()
     metrics = {
         f"{name}_real_time_factor_per_core": float(np.median(values))
         for name, values in factors.items()
     }
-    if agent_ms:
-        metrics["agent_ms_p50"] = float(np.percentile(agent_ms, 50))
-        metrics["agent_ms_p99"] = float(np.percentile(agent_ms, 99))
+    for name, times_ms in agent_ms.items():
+        prefix = name.removesuffix("closed_loop")
+        metrics[f"{prefix}agent_ms_p50"] = float(np.percentile(times_ms, 50))
+        metrics[f"{prefix}agent_ms_p99"] = float(np.percentile(times_ms, 99))
     metrics["peak_memory_mb_per_worker"] = peak_memory_mb()
     return Benchmark("closed_loop", metrics, settings)
 
@@ -121,11 +125,13 @@ def _check_agent(name: str) -> None:
         )
 
 
-def _learned_agent(name: str, suite: Suite, camera: PinholeCamera) -> Agent[NavigationTask]:
+def _learned_agent(
+    name: str, weights: str, suite: Suite, camera: PinholeCamera
+) -> Agent[NavigationTask]:
     import torch
 
     torch.set_num_threads(1)
-    return make_agent(name, AgentContext(suite.scene, suite.map, camera))
+    return make_agent(name, AgentContext(suite.scene, suite.map, camera, weights=weights))
 
 
 def time_closed_loop(
