@@ -19,6 +19,7 @@ def register() -> dict[tuple[str, ...], Callable[..., Any]]:
     return {
         ("collect", "graphnav"): collect_graphnav,
         ("collect", "dagger"): collect_dagger,
+        ("collect", "nts"): collect_nts,
     }
 
 
@@ -136,6 +137,75 @@ def collect_dagger(
     )
     learner = LearnerFactory(weights, agent, expert_share, config.camera)
     _record(out, config, learner, workers, annotate=True, json=json)
+    return 0
+
+
+def collect_nts(
+    *,
+    out: Path,
+    homes: int = 68,
+    panoramas: int = 300,
+    workers: int = 1,
+    seed: int = 0,
+    suite: Literal["homes-train", "homes-val", "homes-test"] = "homes-train",
+    height: int = 128,
+    width: int = 512,
+    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
+) -> int:
+    """Collect panoramas of homes for Neural Topological SLAM, with the labels of all pairs.
+
+    Example: toponav collect nts --out data/nts --homes 68 --panoramas 300 --workers 8
+
+    The default is the paper's data set: 68 homes, 300 random panoramas each, 6.12 million pairs
+    (7 GB). Interrupt it whenever you like: the same command resumes with the next home, and the
+    data do not depend on the number of workers.
+
+    Args:
+        out: Folder of the panoramas.
+        homes: How many homes of the suite, from the first.
+        panoramas: Panoramas in each home.
+        workers: Processes.
+        seed: Seed of where panoramas are taken.
+        suite: Suite of homes.
+        height: Rows of the images.
+        width: Columns of the images, a multiple of 8.
+        json: Print what was collected as JSON.
+    """
+    from toponav.cli.progress_bar import progress
+    from toponav.data.nts.labels import labels_of
+    from toponav.data.nts.pairs import PairStream
+    from toponav.data.nts.panoramas import PanoramaConfig, collect_panoramas
+
+    config = PanoramaConfig(suite, homes, panoramas, height, width, seed)
+    with progress("homes") as update:
+        collected = collect_panoramas(
+            out, config, workers=workers, on_progress=lambda done: update(done, homes)
+        )
+    labels = []
+    with progress("labels") as update:
+        for number, home in enumerate(collected):
+            labels.append(labels_of(home))
+            update(number + 1, len(collected))
+    stream = PairStream(labels)
+    found = {
+        "homes": len(collected),
+        "panoramas": sum(len(home) for home in collected),
+        "pairs": len(stream),
+        "same_node": round(stream.same_node_fraction, 4),
+        "explorable_directions": round(
+            sum(float(one.explorable.sum()) for one in labels)
+            / sum(len(home) for home in collected),
+            4,
+        ),
+    }
+    if json:
+        print(json_module.dumps(found))
+    else:
+        print(
+            f"{found['panoramas']:,} panoramas of {found['homes']} homes, {found['pairs']:,} "
+            f"pairs: {found['same_node']:.1%} in one node, {found['explorable_directions']:.1f} "
+            f"explorable directions a panorama: {out}"
+        )
     return 0
 
 

@@ -24,11 +24,13 @@ _MODULES = {
     "map": "toponav.cli.map",
     "collect": "toponav.cli.collect",
     "data": "toponav.cli.data",
+    "episodes": "toponav.cli.episodes",
     "train": "toponav.cli.train",
     "eval": "toponav.cli.eval",
     "tables": "toponav.cli.tables",
     "figures": "toponav.cli.figures",
     "ros": "toponav.cli.ros",
+    "explore": "toponav.cli.explore",
     "bench": "toponav.cli.bench",
 }
 

@@ -5,7 +5,7 @@ from numba import njit
 
 __all__ = ["clearance_of_point", "drive_disc"]
 
-_STEP = 0.02
+_STEP = 0.005
 """Cells that a motion along a surface is followed by."""
 _GAP = 1e-3
 """Cells that are left between the robot and what stopped it, so that it is never inside."""
@@ -89,18 +89,17 @@ def _free_part(solid, row, col, down, right, radius):  # type: ignore[no-untyped
     """The fraction of a straight motion before the first contact, and whether there is one.
 
     Conservative advancement: the disc can always go as far as it is clear, so nothing is jumped
-    over. A disc that starts inside something may drive out of it.
+    over. A disc that touches something may drive along it or away.
     """
     length = np.sqrt(down * down + right * right)
-    start, _, _ = clearance_of_point(solid, row, col, radius + 1.0)
-    keep = min(radius, start) - _GAP
     at = 0.0
     while at < length:
         here, away_row, away_col = clearance_of_point(
             solid, row + down * at / length, col + right * at / length, radius + 1.0
         )
-        spare = here - keep
-        if spare < 2 * _GAP and down * away_row + right * away_col < 0:
-            return max(at / length, 0.0), True
-        at += max(spare - _GAP, _STEP)
+        spare = here - radius
+        towards = down * away_row + right * away_col < -1e-9 * length
+        if towards and spare < 2 * _GAP:
+            return at / length, True
+        at += spare - _GAP if towards else max(spare - _GAP, _STEP)
     return 1.0, False

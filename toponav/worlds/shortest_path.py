@@ -18,8 +18,9 @@ def any_angle_length_m(
     """The length of the shortest path, not bound to the grid's eight directions.
 
     Paths over eight neighbours are up to 8.3 % longer than the true ones, which would flatter
-    an agent that is compared with them. This one may cut every corner that the robot can, so it
-    is about 1 % longer than the true one at most; infinite where there is no path.
+    an agent that is compared with them. This one cuts every corner that the free cells let it
+    cut. At each corner it is still a few centimetres longer than the true one, because free
+    cells end up to a cell before what the robot would touch; infinite where there is no path.
 
     Args:
         space: Where the robot can be.

@@ -16,6 +16,8 @@ def is_clear(blocked, row0, col0, row1, col1):  # type: ignore[no-untyped-def]
     rows, cols = blocked.shape
     row, col = int(np.floor(row0)), int(np.floor(col0))
     end_row, end_col = int(np.floor(row1)), int(np.floor(col1))
+    if not (0 <= end_row < rows and 0 <= end_col < cols) or blocked[end_row, end_col]:
+        return False
     down, right = row1 - row0, col1 - col0
     step_row = 1 if down > 0 else -1
     step_col = 1 if right > 0 else -1
@@ -26,7 +28,7 @@ def is_clear(blocked, row0, col0, row1, col1):  # type: ignore[no-untyped-def]
     for _ in range(rows + cols + 4):
         if row < 0 or row >= rows or col < 0 or col >= cols or blocked[row, col]:
             return False
-        if row == end_row and col == end_col:
+        if (row == end_row and col == end_col) or min(next_row, next_col) >= 1.0:
             return True
         if abs(next_row - next_col) < 1e-9:
             beside = row + step_row
