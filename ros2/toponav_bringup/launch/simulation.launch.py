@@ -20,7 +20,7 @@ def generate_launch_description():
     return LaunchDescription(
         [
             *(DeclareLaunchArgument(name, description=what) for name, what in text.items()),
-            DeclareLaunchArgument("rviz", default_value="true", description="whether to show RViz"),
+            DeclareLaunchArgument("rviz", default_value="true", description="whether to open it"),
             ExecuteProcess(cmd=simulator, output="screen", on_exit=Shutdown()),
             ExecuteProcess(
                 cmd=["toponav", "ros", "agent", "--map", map_, "--sim-time"], output="screen"
