@@ -9,6 +9,7 @@ from toponav.models.checkpoints import (
     holds_metric_weights,
     load_behavrnn,
     load_metric_weights,
+    load_nts,
     load_phasenet,
     load_weights,
     save_checkpoint,
@@ -29,7 +30,9 @@ def release_weights(run: Path, out: Path) -> dict[str, Any]:
     Raises:
         InputError: A network is missing or broken.
     """
-    networks = _metric_networks(run) if holds_metric_weights(run) else _crop_networks(run)
+    networks = _nts_networks(run)
+    if not networks:
+        networks = _metric_networks(run) if holds_metric_weights(run) else _crop_networks(run)
     out.mkdir(parents=True, exist_ok=True)
     sizes = {}
     for name, network in networks.items():
@@ -37,6 +40,16 @@ def release_weights(run: Path, out: Path) -> dict[str, Any]:
         path = save_checkpoint(network, out / name, metadata, dtype="float16")
         sizes[name] = path.stat().st_size + path.with_suffix(".json").stat().st_size
     return {"out": str(out), "bytes": sum(sizes.values()), "networks": sizes}
+
+
+def _nts_networks(run: Path) -> dict[str, Network]:
+    """Those of Neural Topological SLAM that the run has."""
+    kinds = {"nts_rgb": False, "nts_rgbd": True}
+    return {
+        name: load_nts(run, depth=depth)
+        for name, depth in kinds.items()
+        if (run / f"{name}.safetensors").is_file()
+    }
 
 
 def _metric_networks(run: Path) -> dict[str, Network]:

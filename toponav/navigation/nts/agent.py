@@ -19,7 +19,7 @@ from toponav.core.imagenav import (
     PanoramaObservation,
     direction_of_bin,
 )
-from toponav.maps.image_graph import ImageGraph
+from toponav.maps.image_graph import GhostNode, ImageGraph
 from toponav.models.checkpoints import load_nts
 from toponav.models.nts.network import NTSNetwork
 from toponav.navigation.nts.global_policy import GlobalPolicy, GlobalPolicyConfig
@@ -48,6 +48,8 @@ class NTSAgentConfig:
     local: LocalPolicyConfig = field(default_factory=LocalPolicyConfig)
     approach_steps: int = 70
     """The goal's place is given up when it was not reached in so many steps."""
+    stalled_steps: int = 24
+    """A ghost to which the way did not become shorter in so many steps is given up."""
     greedy_steps: int = 8
     """Without a graph, the direction is chosen anew in so many steps."""
 
@@ -150,6 +152,12 @@ class NTSAgent:
         self._last_action = action
         return action
 
+    def stop_denied(self) -> None:
+        """Where stopping does not end an episode: the place was wrong, look elsewhere."""
+        if self._finder is not None:
+            self._finder.has_arrived = False
+            self._finder.give_up()
+
     def belief(self) -> ImageNavBelief:
         """What it thinks after the last `act`."""
         graph, finder, view = self.graph, self._finder, self._view
@@ -188,6 +196,7 @@ class NTSAgent:
         self._mode, self._why = "explore", ""
         self._greedy: tuple[int, Pose2] | None = None
         self._edge: tuple[int, Pose2] | None = None
+        self._progress: tuple[GhostNode, float, int] | None = None
 
     def _look_back(self) -> None:
         """Localizes a new goal in the map that is there already."""
@@ -217,12 +226,23 @@ class NTSAgent:
             if ghost is None:
                 break
             place = self.graph.pose_of_ghost(ghost)
+            if self._is_stalled(ghost, place):
+                self._policy.drop(self.graph)
+                continue
             if self._local.can_reach((place.x_m, place.y_m)):
                 return place
             if self._update.node != ghost.node:
                 return self._policy.subgoal(self.graph, self._update.node, ghost, pose)
             self._policy.drop(self.graph)
         return self._frontier(pose)
+
+    def _is_stalled(self, ghost: GhostNode, place: Pose2) -> bool:
+        """Whether the way to a ghost has not become shorter for a while."""
+        left_m = self._local.distance_m((place.x_m, place.y_m))
+        before = self._progress
+        if before is None or before[0] is not ghost or left_m < before[1] - 0.2:
+            self._progress = before = (ghost, left_m, self._step)
+        return self._step - before[2] > self.config.stalled_steps
 
     def _frontier(self, pose: Pose2) -> Pose2:
         """Where what is known ends, when no ghost is left; kept until it is reached."""
@@ -240,7 +260,8 @@ class NTSAgent:
     def _greedy_direction(self, pose: Pose2) -> Pose2:
         """Straight into the direction with the best score, with no memory but that."""
         view, finder = self._view, self._finder
-        assert view is not None and finder is not None
+        assert view is not None
+        assert finder is not None
         if self._greedy is not None:
             until, place = self._greedy
             if self._step < until and pose.distance_to(place) > 0.5:

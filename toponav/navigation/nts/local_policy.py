@@ -1,7 +1,7 @@
-"""The local policy: drive to a point near by on a map of what was seen, whatever the wheels say."""
+"""The local policy: drive to a point near by on a map of what was seen."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float32, Float64
@@ -25,7 +25,7 @@ _HEADINGS = 36
 class LocalPolicyConfig:
     """How the local policy drives."""
 
-    map: MapConfig = MapConfig()
+    map: MapConfig = field(default_factory=MapConfig)
     replan_steps: int = 4
     """The distance field to a goal that stays is computed again after so many steps."""
     turn_cost_m: float = 0.04

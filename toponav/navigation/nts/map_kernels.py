@@ -18,8 +18,8 @@ def _clear_ray(evidence, x, y, dx, dy, start, end):
     rows, cols = evidence.shape
     at = 0.0
     while at < end:
-        col = int(math.floor(x + at * dx))
-        row = int(math.floor(y + at * dy))
+        col = math.floor(x + at * dx)
+        row = math.floor(y + at * dy)
         if row < 0 or col < 0 or row >= rows or col >= cols:
             break
         value = evidence[row, col]
@@ -68,8 +68,8 @@ def add_view(
             if hits[k] > 6.0 or abs(hits[k] - last) < 0.5 * cell_m:
                 continue
             last = hits[k]
-            col = int(math.floor(x + hits[k] / cell_m * dx))
-            row = int(math.floor(y + hits[k] / cell_m * dy))
+            col = math.floor(x + hits[k] / cell_m * dx)
+            row = math.floor(y + hits[k] / cell_m * dy)
             if 0 <= row < rows and 0 <= col < cols:
                 value = evidence[row, col] + _HIT
                 evidence[row, col] = min(value, _MOST) if value != 0 else 1
@@ -91,8 +91,8 @@ def add_ranges(evidence, origin_x, origin_y, cell_m, pose, range_m, farthest_m):
         end = min(away - 0.12, farthest_m)
         _clear_ray(evidence, x, y, dx, dy, 0.0, end / cell_m)
         if away < farthest_m:
-            col = int(math.floor(x + away / cell_m * dx))
-            row = int(math.floor(y + away / cell_m * dy))
+            col = math.floor(x + away / cell_m * dx)
+            row = math.floor(y + away / cell_m * dy)
             if 0 <= row < rows and 0 <= col < cols:
                 value = evidence[row, col] + 2
                 evidence[row, col] = min(value, _MOST // 2) if value != 0 else 1

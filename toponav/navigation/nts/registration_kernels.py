@@ -47,7 +47,7 @@ def _agreement(distance, bearing, goal_m, colour, yaw_rad, far_m, every):
     for i in range(0, count, every):
         if distance[i] > far_m or distance[i] < 0.1:
             continue
-        j = int(math.floor((bearing[i] - yaw_rad) / step + 0.5)) % count
+        j = math.floor((bearing[i] - yaw_rad) / step + 0.5) % count
         off = distance[i] - goal_m[j]
         slack = 0.12 + 0.06 * distance[i]
         if off > 2.0 * slack:
@@ -79,7 +79,7 @@ def search(range_m, goal_m, colour, reach_m, pitch_m, far_m, best):
             away = math.sqrt(x_m * x_m + y_m * y_m)
             if away > reach_m:
                 continue
-            i = int(math.floor(math.atan2(y_m, x_m) / step + 0.5)) % count
+            i = math.floor(math.atan2(y_m, x_m) / step + 0.5) % count
             if away > 0.0 and away > range_m[i] - 0.1:
                 continue
             _seen(range_m, x_m, y_m, distance, bearing)
