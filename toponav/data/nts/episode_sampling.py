@@ -100,7 +100,7 @@ def _pose_in(space: FreeSpace, cell: np.ndarray, rng: np.random.Generator) -> Po
 
 def episode_statistics(
     episodes: Sequence[ImageNavEpisode], scene_of: Callable[[int], Scene]
-) -> dict[str, dict[str, float]]:
+) -> dict[str, dict[str, int | float]]:
     """How long and how hidden the ways are, by difficulty.
 
     Args:

@@ -99,7 +99,7 @@ def write_episodes(
     *,
     seed: int,
     scenes: dict[int, str],
-    statistics: dict[str, dict[str, float]] | None = None,
+    statistics: dict[str, dict[str, int | float]] | None = None,
 ) -> str:
     """Freezes episodes of one suite in a file; its hash.
 
@@ -161,9 +161,9 @@ def read_episodes(path: Path) -> tuple[ImageNavEpisode, ...]:
     return tuple(episodes)
 
 
-def frozen_statistics(suite_name: str) -> dict[str, dict[str, float]]:
+def frozen_statistics(suite_name: str) -> dict[str, dict[str, int | float]]:
     """What was measured of the frozen episodes of a suite, as `episode_statistics`."""
-    found: dict[str, dict[str, float]] = _read_document(frozen_file(suite_name))["statistics"]
+    found: dict[str, dict[str, int | float]] = _read_document(frozen_file(suite_name))["statistics"]
     return found
 
 

@@ -48,7 +48,7 @@ class PairBatch:
 class PairStream:
     """All pairs of panoramas of some homes, given out a batch at a time.
 
-    Memory holds the homes' label tables (about 4.4 MB for a home of 300 panoramas) and a batch.
+    Memory holds the homes' label tables (about 3.3 MB for a home of 300 panoramas) and a batch.
 
     Args:
         homes: The labels of each home.
