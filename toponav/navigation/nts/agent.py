@@ -23,7 +23,7 @@ from toponav.maps.image_graph import GhostNode, ImageGraph
 from toponav.models.checkpoints import load_nts
 from toponav.models.nts.network import NTSNetwork
 from toponav.navigation.nts.global_policy import GlobalPolicy, GlobalPolicyConfig
-from toponav.navigation.nts.goal_finder import FinderConfig, GoalFinder
+from toponav.navigation.nts.goal_finder import FinderConfig, GoalFinder, finder_of
 from toponav.navigation.nts.graph_update import GraphUpdate, GraphUpdateConfig
 from toponav.navigation.nts.local_policy import LocalPolicy, LocalPolicyConfig
 from toponav.navigation.nts.perception import Perception, View, fault_of
@@ -42,7 +42,8 @@ class NTSAgentConfig:
     """Without, it picks ghosts by chance (the paper's ablation)."""
     keep_panoramas: bool = True
     """Whether nodes keep their pictures, for display and for saving."""
-    finder: FinderConfig = field(default_factory=FinderConfig)
+    finder: FinderConfig | None = None
+    """When the goal counts as found; by the network's modality when left out."""
     graph: GraphUpdateConfig = field(default_factory=GraphUpdateConfig)
     ghosts: GlobalPolicyConfig = field(default_factory=GlobalPolicyConfig)
     local: LocalPolicyConfig = field(default_factory=LocalPolicyConfig)
@@ -94,6 +95,10 @@ class NTSAgent:
         """The map so far."""
         return self._update.graph
 
+    def reseed(self, seed: int) -> None:
+        """Starts random choices afresh from the next `reset` on."""
+        self._seed = seed
+
     def reset(self, goal: ImageGoal, *, keep_map: bool = False) -> None:
         """Begins an episode.
 
@@ -115,7 +120,9 @@ class NTSAgent:
             self._why = f"the goal cannot be looked for: {fault}"
             return
         seen = self.perception.see(goal.rgb, goal.depth_m)
-        self._finder = GoalFinder(self.perception, seen, self.config.finder)
+        self._finder = GoalFinder(
+            self.perception, seen, self.config.finder or finder_of(wants_depth)
+        )
         for ghost in self.graph.ghosts:
             ghost.score = None
         ghosts = GlobalPolicyConfig(

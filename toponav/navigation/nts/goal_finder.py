@@ -7,7 +7,7 @@ from toponav.core.geometry import Pose2
 from toponav.navigation.nts.perception import Perception, View
 from toponav.navigation.nts.registration import Registration, align, register
 
-__all__ = ["FinderConfig", "GoalFinder"]
+__all__ = ["FinderConfig", "GoalFinder", "finder_of"]
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,11 @@ class FinderConfig:
     """Places within this distance of a mistake are mistakes."""
     confirmations: int = 2
     """Steps in which the goal has to be seen within `stop_m` before stopping."""
+
+
+def finder_of(depth: bool) -> FinderConfig:
+    """Thresholds for a depth camera, or for predicted ranges, which agree less."""
+    return FinderConfig() if depth else FinderConfig(found=0.48, network_share=0.1, near=0.52)
 
 
 class GoalFinder:
