@@ -108,7 +108,7 @@ def test_goals_follow_each_other_at_the_papers_distance() -> None:
         ({"agents": ("random", "random")}, "two agents are called 'random'"),
         ({"agents": ("random,label",)}, "no setting of its own"),
         ({"agents": ("no_such_module:thing",)}, "cannot be imported"),
-        ({"agents": ("json:dumps",)}, "reset, act and belief"),
+        ({"agents": ("builtins:repr",)}, "reset, act and belief"),
         ({"agents": ("random,speed=3",)}, "no setting 'speed'"),
     ],
 )

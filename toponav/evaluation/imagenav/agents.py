@@ -3,6 +3,7 @@
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 from toponav.core.camera import PanoramaCamera
@@ -109,9 +110,14 @@ def _oracle(*truths: Any) -> Builder:
 
 
 def _network(context: ImageNavContext, depth: bool) -> Any:
+    return _loaded(context.weights or "nts", depth)
+
+
+@lru_cache(maxsize=4)
+def _loaded(weights: str, depth: bool) -> Any:
     from toponav.models.checkpoints import load_nts
 
-    return load_nts(context.weights or "nts", depth=depth)
+    return load_nts(weights, depth=depth)
 
 
 def _partial(function: str) -> ImageNavSpec:

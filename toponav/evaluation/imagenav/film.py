@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -38,7 +38,12 @@ _LOW, _HIGH = np.array([88, 96, 112]), np.array([46, 200, 120])
 
 
 def film_frames(
-    scene: Scene, episode: ImageNavEpisode, views: Sequence[StepView], *, title: str
+    scene: Scene,
+    episode: ImageNavEpisode,
+    views: Sequence[StepView],
+    *,
+    title: str,
+    only: Collection[int] | None = None,
 ) -> Iterator[UInt8[np.ndarray, "height width 3"]]:
     """One frame an action.
 
@@ -47,11 +52,14 @@ def film_frames(
         episode: Where the search began; the agent's map is laid there.
         views: What to show.
         title: Name of the agent.
+        only: Numbers of the actions to draw; all if left out.
     """
     panel = PlanPanel(scene, _PLAN[2:])
     trail: list[Pose2] = []
     for number, view in enumerate(views):
         trail.append(view.pose)
+        if only is not None and number not in only:
+            continue
         frame = Image.new("RGB", FILM_SIZE, _BACKGROUND)
         _paste(frame, view.observation.rgb, _PANORAMA)
         _paste(frame, view.goal_image.rgb, _GOAL)

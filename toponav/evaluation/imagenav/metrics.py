@@ -39,7 +39,8 @@ def bootstrap_interval(
         Efron and Tibshirani 1993, "An Introduction to the Bootstrap", section 13.3.
 
     Example:
-        >>> bootstrap_interval(np.array([0.0, 1.0, 1.0, 1.0] * 25))
+        >>> low, high = bootstrap_interval(np.array([0.0, 1.0, 1.0, 1.0] * 25))
+        >>> round(low, 2), round(high, 2)
         (0.66, 0.83)
     """
     if len(values) < 2:

@@ -137,17 +137,15 @@ def _page(scene: Scene, record: ImageNavRecord, views: Sequence[StepView], title
 
 def _moments(scene: Scene, episode: ImageNavEpisode, views: Sequence[StepView], title: str) -> str:
     chosen = _choose(views)
-    frames = list(
-        film_frames(scene, episode, views[: chosen[-1] + 1], title=title)
-    )  # The trail needs those before.
+    frames = film_frames(scene, episode, views, title=title, only=chosen)
     parts = []
-    for number in chosen:
+    for number, frame in zip(chosen, frames, strict=True):
         belief = views[number].belief
         caption = (
             f"Step {number}: {escape(belief.mode or 'acting')}, {len(belief.nodes)} nodes, "
             f"{len(belief.ghosts)} unexplored places."
         )
-        url = _jpeg_url(Image.fromarray(frames[number]))
+        url = _jpeg_url(Image.fromarray(frame))
         parts.append(
             f'<figure><img src="{url}" alt="Step {number}" loading="lazy">'
             f"<figcaption>{caption}</figcaption></figure>"

@@ -167,7 +167,7 @@ def variants_table(stored: Sequence[ImageNavResults]) -> PaperTable:
     for key, theirs in paper_numbers()["table_2"].items():
         words = key.replace("_", " ")
         runs = [found for found in stored if found.variant == words]
-        for name in [*theirs, *_ours_only(runs, None, theirs)]:
+        for name in [*theirs, *_ours_only(runs, "rgbd", theirs)]:
             for found, label, numbers in _runs_of(runs, name):
                 levels = [numbers["by_difficulty"].get(level) for level in DIFFICULTIES]
                 cells = [_success(one) for one in (*levels, numbers)]
@@ -314,9 +314,9 @@ def _runs_of(
 
 
 def _ours_only(
-    stored: Sequence[ImageNavResults], sensor: str | None, theirs: Mapping[str, Any]
+    stored: Sequence[ImageNavResults], sensor: str, theirs: Mapping[str, Any]
 ) -> list[str]:
-    """Agents that the paper does not have, of one sensor; RGB-D where it says nothing."""
+    """Agents that the paper does not have, of one sensor."""
     names = [
         numbers.get("agent", label) for found in stored for label, numbers in found.agents.items()
     ]
@@ -324,7 +324,7 @@ def _ours_only(
     for name in dict.fromkeys(names):
         spec = IMAGE_NAV_AGENTS.get(name)
         own = "rgbd" if spec is None or spec.depth else "rgb"
-        if name not in theirs and sensor in (None, own):
+        if name not in theirs and sensor == own:
             wanted.append(name)
     return wanted
 

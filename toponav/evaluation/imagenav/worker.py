@@ -149,7 +149,9 @@ class ImageNavWorker:
             self._warm_up(label, simulation, episode)
         return run_episode(
             simulation,
-            self._agent(label, seed_of("agent", self.settings.seed, label, episode.id)),
+            self._agent(
+                label, seed_of("agent", self.settings.seed, self.choices[label].agent, episode.id)
+            ),
             episode,
             label=label,
             seed=seed_of("noise", self.settings.seed, episode.id),
@@ -178,12 +180,7 @@ class ImageNavWorker:
         self, label: str, simulation: ImageNavSimulation, episode: ImageNavEpisode
     ) -> None:
         """Three steps that are thrown away, so that compiling counts for no episode."""
-        from dataclasses import replace
-
-        short = replace(self.settings, max_steps=3)
-        other = ImageNavSimulation(
-            simulation.scene, depth=simulation.depth, max_steps=short.max_steps
-        )
+        other = ImageNavSimulation(simulation.scene, depth=simulation.depth, max_steps=3)
         run_episode(other, self._agent(label, 0), episode, label=label, seed=0)
 
     def _agent(self, label: str, seed: int) -> ImageNavAgent:
