@@ -59,6 +59,8 @@ def shade_pixels(  # type: ignore[no-untyped-def]
     # Of each pixel of a batch: position (later the way to the lamp), normal, light, cosine to the
     # ray, power of the lamp.
     work = np.zeros((9, _BATCH), np.float32)
+    # And four texels and two weights in 64ths.
+    spot = np.zeros((6, _BATCH), np.int32)
     for start in range(0, face.size, _BATCH):
         end = min(start + _BATCH, face.size)
         f = face[start:end]
@@ -66,15 +68,24 @@ def shade_pixels(  # type: ignore[no-untyped-def]
         _ambient(openness, light, end - start, work)
         _find_lamp(lamps, end - start, work)
         _shine(light, work[0], work[1], work[2], work[3], work[4], work[5], work[8], work[6])
-        _paint(
+        _find_texels(
             depth_m[start:end],
             f,
             uv[start:end],
             view[4],
             faces,
-            materials,
-            textures,
-            work,
+            materials[1],
+            textures[1],
+            work[7],
+            spot,
+        )
+        _paint(
+            f,
+            faces[0],
+            materials[0],
+            textures[0],
+            work[6],
+            spot,
             light[-1],
             curves,
             image[start:end],
@@ -150,36 +161,58 @@ def _shine(light, x, y, z, nx, ny, nz, power, shine):  # type: ignore[no-untyped
 
 
 @njit(**_LOOK)
-def _paint(  # type: ignore[no-untyped-def]
-    depth_m, face, uv, pixel_m, faces, materials, textures, work, escape, curves, image
+def _find_texels(  # type: ignore[no-untyped-def]
+    depth_m, face, uv, pixel_m, faces, copies, places, cosines, spot
 ):
-    """Writes colours: material times texture times light."""
+    """Writes which four texels each pixel lies between and how near to them, -1 for no texture."""
     face_material, face_data = faces
-    colors, copies = materials
-    texels, places = textures
+    for k in range(face.size):
+        f = np.uint32(max(face[k], 0))
+        material = np.uint32(face_material[f])
+        if copies[material, 0] < 0:
+            spot[0, k] = -1
+            continue
+        a, b = uv[k, 0], uv[k, 1]
+        s = face_data[f, 4] + a * face_data[f, 5] + b * face_data[f, 6]
+        t = face_data[f, 7] + a * face_data[f, 8] + b * face_data[f, 9]
+        covered = depth_m[k] * pixel_m * face_data[f, 3]
+        square = covered * covered / max(cosines[k], _LEAST_COSINE)
+        copy = np.uint32(copies[material, 0] + min(_smaller(square), copies[material, 1] - 1))
+        start, height, width = places[copy, 0], places[copy, 1], places[copy, 2]
+        # Half a texel on: positive numbers are rounded down by cutting off what follows the point.
+        x = (s - np.floor(s)) * np.float32(width) + _HALF
+        y = (_ONE - (t - np.floor(t))) * np.float32(height) + _HALF
+        right, low = np.int32(x), np.int32(y)
+        spot[4, k] = np.int32((x - np.float32(right)) * _WEIGHTS)
+        spot[5, k] = np.int32((y - np.float32(low)) * _WEIGHTS)
+        left = right - 1 if right > 0 else width - 1
+        top = low - 1 if low > 0 else height - 1
+        right = right if right < width else 0
+        low = low if low < height else 0
+        upper, lower = start + top * width, start + low * width
+        spot[0, k], spot[1, k] = upper + left, upper + right
+        spot[2, k], spot[3, k] = lower + left, lower + right
+
+
+@njit(**_LOOK)
+def _paint(face, face_material, colors, texels, shine, spot, escape, curves, image):  # type: ignore[no-untyped-def]
+    """Writes colours: material times texture times light."""
     to_linear, to_srgb = curves
     for k in range(face.size):
         if face[k] < 0:
             image[k, 0] = image[k, 1] = image[k, 2] = escape
             continue
-        f = np.uint32(face[k])
-        material = np.uint32(face_material[f])
-        shine = work[6, k] + colors[material, 3]
+        material = np.uint32(face_material[np.uint32(face[k])])
+        light = shine[k] + colors[material, 3]
         red, green, blue = colors[material, 0], colors[material, 1], colors[material, 2]
-        if copies[material, 0] >= 0:
-            a, b = uv[k, 0], uv[k, 1]
-            s = face_data[f, 4] + a * face_data[f, 5] + b * face_data[f, 6]
-            t = face_data[f, 7] + a * face_data[f, 8] + b * face_data[f, 9]
-            covered = depth_m[k] * pixel_m * face_data[f, 3]
-            square = covered * covered / max(work[7, k], _LEAST_COSINE)
-            copy = np.uint32(copies[material, 0] + min(_smaller(square), copies[material, 1] - 1))
-            color = _texel(texels, places, copy, s, t)
+        if spot[0, k] >= 0:
+            color = _texel(texels, spot, k)
             red *= to_linear[(color >> _LANE_3) & _STEP_MASK]
             green *= to_linear[(color >> _LANE_2) & _STEP_MASK]
             blue *= to_linear[(color >> _LANE_1) & _STEP_MASK]
-        image[k, 0] = to_srgb[np.uint32(min(_ONE, red * shine) * _LEVELS)]
-        image[k, 1] = to_srgb[np.uint32(min(_ONE, green * shine) * _LEVELS)]
-        image[k, 2] = to_srgb[np.uint32(min(_ONE, blue * shine) * _LEVELS)]
+        image[k, 0] = to_srgb[np.uint32(min(_ONE, red * light) * _LEVELS)]
+        image[k, 1] = to_srgb[np.uint32(min(_ONE, green * light) * _LEVELS)]
+        image[k, 2] = to_srgb[np.uint32(min(_ONE, blue * light) * _LEVELS)]
 
 
 @njit(**_PART)
@@ -228,28 +261,16 @@ def _sample(distance, size, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(**_PART)
-def _texel(texels, places, copy, s, t):  # type: ignore[no-untyped-def]
+def _texel(texels, spot, k):  # type: ignore[no-untyped-def]
     """The texture's colour between four texels: three lanes of 21 bits, in 4096ths of a byte.
 
-    The texture repeats, and t runs up. Colours and weights are whole numbers, so that three
-    channels cost one multiplication per texel.
+    Colours and weights are whole numbers, so that three channels cost one multiplication a texel.
     """
-    start, height, width = places[copy, 0], places[copy, 1], places[copy, 2]
-    # Half a texel on: positive numbers are rounded down by cutting off what follows the point.
-    x = (s - np.floor(s)) * np.float32(width) + _HALF
-    y = (_ONE - (t - np.floor(t))) * np.float32(height) + _HALF
-    right, low = np.int32(x), np.int32(y)
-    fx = np.uint64((x - np.float32(right)) * _WEIGHTS)
-    fy = np.uint64((y - np.float32(low)) * _WEIGHTS)
-    left = right - 1 if right > 0 else width - 1
-    top = low - 1 if low > 0 else height - 1
-    right = right if right < width else 0
-    low = low if low < height else 0
+    fx, fy = np.uint64(spot[4, k]), np.uint64(spot[5, k])
     gx, gy = np.uint64(64) - fx, np.uint64(64) - fy
-    upper, lower = start + top * width, start + low * width
     return (
-        gx * gy * texels[np.uint32(upper + left)]
-        + fx * gy * texels[np.uint32(upper + right)]
-        + gx * fy * texels[np.uint32(lower + left)]
-        + fx * fy * texels[np.uint32(lower + right)]
+        gx * gy * texels[np.uint32(spot[0, k])]
+        + fx * gy * texels[np.uint32(spot[1, k])]
+        + gx * fy * texels[np.uint32(spot[2, k])]
+        + fx * fy * texels[np.uint32(spot[3, k])]
     )
