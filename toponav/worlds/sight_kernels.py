@@ -1,9 +1,13 @@
-"""Compiled lines of sight over grids."""
+"""Compiled lines of sight over grids.
+
+All that calls `is_clear` from compiled code is here: numba's cache does not notice when a
+function in another file changes.
+"""
 
 import numpy as np
 from numba import njit
 
-__all__ = ["cells_in_sight", "is_clear", "shortest_polyline"]
+__all__ = ["cells_in_sight", "is_clear", "pairs_in_sight", "shortest_polyline"]
 
 
 @njit(cache=True)
@@ -73,6 +77,32 @@ def cells_in_sight(opaque, row, col, reach):  # type: ignore[no-untyped-def]
             seen[to_row, to_col] = not opaque[to_row, to_col] and is_clear(
                 opaque, row, col, to_row + 0.5, to_col + 0.5
             )
+    return seen
+
+
+@njit(cache=True)
+def pairs_in_sight(opaque, points, reach):  # type: ignore[no-untyped-def]
+    """Which points see each other within so many cells; bool[n, n], true on the diagonal.
+
+    Args:
+        opaque: bool[rows, cols].
+        points: float64[n, 2], rows and columns in cells.
+        reach: In cells.
+    """
+    count = len(points)
+    seen = np.zeros((count, count), np.bool_)
+    for one in range(count):
+        seen[one, one] = True
+        for other in range(one):
+            down = points[other, 0] - points[one, 0]
+            right = points[other, 1] - points[one, 1]
+            if down * down + right * right > reach * reach:
+                continue
+            clear = is_clear(
+                opaque, points[one, 0], points[one, 1], points[other, 0], points[other, 1]
+            )
+            seen[one, other] = clear
+            seen[other, one] = clear
     return seen
 
 

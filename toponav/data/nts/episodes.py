@@ -163,7 +163,9 @@ def read_episodes(path: Path) -> tuple[ImageNavEpisode, ...]:
 
 def frozen_statistics(suite_name: str) -> dict[str, dict[str, int | float]]:
     """What was measured of the frozen episodes of a suite, as `episode_statistics`."""
-    found: dict[str, dict[str, int | float]] = _read_document(frozen_file(suite_name))["statistics"]
+    found: dict[str, dict[str, int | float]] = _read_document(frozen_file(suite_name))[
+        "statistics"
+    ]
     return found
 
 

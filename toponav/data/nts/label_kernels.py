@@ -3,35 +3,7 @@
 import numpy as np
 from numba import njit
 
-from toponav.worlds.sight_kernels import is_clear
-
-__all__ = ["pairs_in_sight", "shortest_via"]
-
-
-@njit(cache=True)
-def pairs_in_sight(opaque, points, reach):  # type: ignore[no-untyped-def]
-    """Which points see each other within so many cells; bool[n, n], true on the diagonal.
-
-    Args:
-        opaque: bool[rows, cols].
-        points: float64[n, 2], rows and columns in cells.
-        reach: In cells.
-    """
-    count = len(points)
-    seen = np.zeros((count, count), np.bool_)
-    for one in range(count):
-        seen[one, one] = True
-        for other in range(one):
-            down = points[other, 0] - points[one, 0]
-            right = points[other, 1] - points[one, 1]
-            if down * down + right * right > reach * reach:
-                continue
-            clear = is_clear(
-                opaque, points[one, 0], points[one, 1], points[other, 0], points[other, 1]
-            )
-            seen[one, other] = clear
-            seen[other, one] = clear
-    return seen
+__all__ = ["shortest_via"]
 
 
 @njit(cache=True)

@@ -16,10 +16,10 @@ from toponav.core.files import write_atomically
 from toponav.core.geometry import Pose2
 from toponav.core.imagenav import DIRECTIONS, NODE_RADIUS_M
 from toponav.data.nts.ground import Ground
-from toponav.data.nts.label_kernels import pairs_in_sight, shortest_via
+from toponav.data.nts.label_kernels import shortest_via
 from toponav.data.nts.panoramas import HomePanoramas
 from toponav.worlds.grid_kernels import geodesic_cells
-from toponav.worlds.sight_kernels import cells_in_sight
+from toponav.worlds.sight_kernels import cells_in_sight, pairs_in_sight
 
 __all__ = [
     "EXPLORABLE_M2",
