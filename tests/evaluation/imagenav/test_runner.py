@@ -103,7 +103,7 @@ def test_goals_follow_each_other_at_the_papers_distance() -> None:
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"agents": ("nts_rgdb",)}, "nts_rgbd"),
+        ({"agents": ("nts_rgdb",)}, "did you mean 'nts_rgb'"),
         ({"agents": ()}, "at least one agent"),
         ({"agents": ("random", "random")}, "two agents are called 'random'"),
         ({"agents": ("random,label",)}, "no setting of its own"),
