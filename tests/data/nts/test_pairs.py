@@ -78,5 +78,5 @@ def test_a_home_of_one_node_gives_pairs_of_one_node(homes: list[HomeLabels]) -> 
 def test_nothing_to_pair_is_refused(homes: list[HomeLabels]) -> None:
     with pytest.raises(InputError, match="at least one home"):
         PairStream([])
-    with pytest.raises(InputError, match="0..1"):
+    with pytest.raises(InputError, match=r"0\.\.1"):
         next(PairStream(homes).random(8, np.random.default_rng(0), same_node_fraction=2.0))
