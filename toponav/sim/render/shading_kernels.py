@@ -187,8 +187,8 @@ def _find_texels(  # type: ignore[no-untyped-def]
         spot[5, k] = np.int32((y - np.float32(low)) * _WEIGHTS)
         left = right - 1 if right > 0 else width - 1
         top = low - 1 if low > 0 else height - 1
-        right = right if right < width else 0
-        low = low if low < height else 0
+        right = right if right < width else np.int32(0)
+        low = low if low < height else np.int32(0)
         upper, lower = start + top * width, start + low * width
         spot[0, k], spot[1, k] = upper + left, upper + right
         spot[2, k], spot[3, k] = lower + left, lower + right
