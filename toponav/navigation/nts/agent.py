@@ -23,7 +23,7 @@ from toponav.maps.image_graph import GhostNode, ImageGraph
 from toponav.models.checkpoints import load_nts
 from toponav.models.nts.network import NTSNetwork
 from toponav.navigation.nts.global_policy import GlobalPolicy, GlobalPolicyConfig
-from toponav.navigation.nts.goal_finder import FinderConfig, GoalFinder, finder_of
+from toponav.navigation.nts.goal_finder import FinderConfig, GoalFinder
 from toponav.navigation.nts.graph_update import GraphUpdate, GraphUpdateConfig
 from toponav.navigation.nts.local_policy import LocalPolicy, LocalPolicyConfig
 from toponav.navigation.nts.perception import Perception, View, fault_of
@@ -120,9 +120,7 @@ class NTSAgent:
             self._why = f"the goal cannot be looked for: {fault}"
             return
         seen = self.perception.see(goal.rgb, goal.depth_m)
-        self._finder = GoalFinder(
-            self.perception, seen, self.config.finder or finder_of(wants_depth)
-        )
+        self._finder = GoalFinder(self.perception, seen, self.config.finder)
         for ghost in self.graph.ghosts:
             ghost.score = None
         ghosts = GlobalPolicyConfig(

@@ -48,13 +48,13 @@ class GoalFinder:
     Args:
         perception: The network's functions.
         goal: The goal's view.
-        config: Thresholds.
+        config: Thresholds; those of the network's modality when left out.
     """
 
     def __init__(
         self, perception: Perception, goal: View, config: FinderConfig | None = None
     ) -> None:
-        self.config = config or FinderConfig()
+        self.config = config or finder_of(perception.depth)
         self.goal = goal
         self.place: Pose2 | None = None
         self.score = 0.0

@@ -133,8 +133,12 @@ class LocalMap:
         rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
         corners = [self.cell_of(*point) for point in points]
         reach = round(margin_m / self.config.cell_m)
-        row_ends = [row for row, _ in corners] + ([rows[0], rows[-1]] if len(rows) else [])
-        col_ends = [col for _, col in corners] + ([cols[0], cols[-1]] if len(cols) else [])
+        row_ends = [row for row, _ in corners] + (
+            [int(rows[0]), int(rows[-1])] if len(rows) else []
+        )
+        col_ends = [col for _, col in corners] + (
+            [int(cols[0]), int(cols[-1])] if len(cols) else []
+        )
         last = len(self.evidence)
         top, bottom = max(min(row_ends) - reach, 0), min(max(row_ends) + reach + 1, last)
         left, right = max(min(col_ends) - reach, 0), min(max(col_ends) + reach + 1, last)
@@ -156,7 +160,7 @@ class LocalMap:
         clearance_m = ((distance - 0.5) * config.cell_m).astype(np.float32)
         tight = IMAGE_NAV_ROBOT_RADIUS_M + config.margin_m
         share = np.clip((clearance_m - tight) / config.comfort_m, 0.0, 1.0)
-        speed = np.where(clearance_m >= tight, 0.35 + 0.65 * share, 0.0)
+        speed = np.where(clearance_m >= tight, 0.35 + 0.65 * share, 0.0).astype(np.float64)
         # Squeezing is for getting out of where one already is: slow, but not a wall.
         squeezing = (speed == 0.0) & ~occupied
         speed[squeezing] = 0.02
