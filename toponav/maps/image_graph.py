@@ -5,7 +5,7 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float32, UInt8
@@ -290,7 +290,7 @@ def _read_parts(graph: ImageGraph, document: dict[str, object], folder: Path) ->
         )
 
 
-def _list(value: object) -> list[dict[str, object]]:
+def _list(value: object) -> list[dict[str, Any]]:
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise TypeError("nodes, edges and ghosts have to be lists of objects")
     return value

@@ -142,7 +142,8 @@ class _AroundHeads(nn.Module):
 
     def _by_direction(self, features: Tensor) -> Tensor:
         """Features of the azimuths of each of the twelve directions, side by side."""
-        centred = features.roll(self.each // 2, 2).unflatten(2, (DIRECTIONS, self.each))
+        rolled = features.roll(self.each // 2, 2)
+        centred = rolled.reshape(*rolled.shape[:2], DIRECTIONS, self.each)
         return centred.transpose(2, 3).flatten(1, 2)
 
 

@@ -64,8 +64,8 @@ def _samples(rows: int, cols: int, height: int, width: int) -> Int64[np.ndarray,
     side = np.floor(yaw / (math.pi / 2) + 0.5)
     within = yaw - side * (math.pi / 2)
     quarter = width // 4
-    column = width / 2 - side * quarter - np.tan(within) * quarter / 2
-    column = np.floor(column).astype(np.int64) % width
+    across = width / 2 - side * quarter - np.tan(within) * quarter / 2
+    column = np.floor(across).astype(np.int64) % width
     lift = _LIFT * (1.0 - (np.arange(rows) + 0.5) * 2 / rows)
     row = height / 2 - lift[:, None] / np.cos(within)[None, :] * quarter / 2
     row = np.clip(np.floor(row).astype(np.int64), 0, height - 1)
@@ -88,7 +88,8 @@ def network_input(
         range_m = depth_m * horizontal_scale(width)
         planes[3] = 255.0 * np.exp(-range_m.reshape(-1)[where] / DEPTH_SCALE_M)
     shape = (config.channels, config.rows, _SAMPLES, config.cols, _SAMPLES)
-    return np.rint(planes.reshape(shape).mean(axis=(2, 4))).astype(np.uint8)
+    small: np.ndarray = np.rint(planes.reshape(shape).mean(axis=(2, 4)))
+    return small.astype(np.uint8)
 
 
 def obstacle_profile(

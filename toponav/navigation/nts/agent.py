@@ -77,6 +77,12 @@ class NTSAgent:
         self._seed = seed
         self._episode = 0
         self._finder: GoalFinder | None = None
+        self._last_action: Action | None = None
+        self._view: View | None = None
+        self._subgoal: Pose2 | None = None
+        self._step = -1
+        self._approach = 0
+        self._mode, self._why = "explore", ""
         self._begin()
 
     @staticmethod
@@ -193,9 +199,9 @@ class NTSAgent:
         self._update = GraphUpdate(self.perception, self.config.graph, self.config.keep_panoramas)
         self._tracker = PoseTracker(aligned=self.perception.depth)
         self._local = LocalPolicy(self.config.local, self._seed)
-        self._last_action: Action | None = None
-        self._view: View | None = None
-        self._subgoal: Pose2 | None = None
+        self._last_action = None
+        self._view = None
+        self._subgoal = None
         self._step = -1
         self._approach = 0
         self._mode, self._why = "explore", ""

@@ -13,7 +13,9 @@ _MOST, _LEAST = 24, -6
 
 
 @njit(cache=True)
-def _clear_ray(evidence, x, y, dx, dy, start, end):
+def _clear_ray(
+    evidence: np.ndarray, x: float, y: float, dx: float, dy: float, start: float, end: float
+) -> None:
     """Count against obstacles in the cells between two distances, in cells, along a ray."""
     rows, cols = evidence.shape
     at = 0.0
@@ -33,8 +35,19 @@ def _clear_ray(evidence, x, y, dx, dy, start, end):
 
 @njit(cache=True)
 def add_view(
-    evidence, origin_x, origin_y, cell_m, pose, depth_m, yaw, scale, lift, camera_m, low_m, high_m
-):
+    evidence: np.ndarray,
+    origin_x: float,
+    origin_y: float,
+    cell_m: float,
+    pose: np.ndarray,
+    depth_m: np.ndarray,
+    yaw: np.ndarray,
+    scale: np.ndarray,
+    lift: np.ndarray,
+    camera_m: float,
+    low_m: float,
+    high_m: float,
+) -> None:
     """Adds what a depth panorama shows to the map; evidence > 0 is occupied, 0 unknown."""
     rows, cols = evidence.shape
     height, width = depth_m.shape
@@ -76,7 +89,15 @@ def add_view(
 
 
 @njit(cache=True)
-def add_ranges(evidence, origin_x, origin_y, cell_m, pose, range_m, farthest_m):
+def add_ranges(
+    evidence: np.ndarray,
+    origin_x: float,
+    origin_y: float,
+    cell_m: float,
+    pose: np.ndarray,
+    range_m: np.ndarray,
+    farthest_m: float,
+) -> None:
     """Adds ranges all around, one per direction, to the map."""
     rows, cols = evidence.shape
     x = (pose[0] - origin_x) / cell_m
@@ -99,7 +120,14 @@ def add_ranges(evidence, origin_x, origin_y, cell_m, pose, range_m, farthest_m):
 
 
 @njit(cache=True)
-def march(speed, seed_rows, seed_cols, stop_row, stop_col, slack):
+def march(
+    speed: np.ndarray,
+    seed_rows: np.ndarray,
+    seed_cols: np.ndarray,
+    stop_row: int,
+    stop_col: int,
+    slack: float,
+) -> np.ndarray:
     """Time to reach the seeds from every cell, by fast marching; infinite where not needed.
 
     Stops when the front is `slack` past the cell (`stop_row`, `stop_col`). Cells of speed zero

@@ -11,7 +11,7 @@ _HIDDEN_WEIGHT = 0.25
 
 
 @njit(cache=True, fastmath=True)
-def alike(one, other, spread):
+def alike(one: np.ndarray, other: np.ndarray, spread: float) -> np.ndarray:
     """How alike the colours of all pairs of directions are, 0..1."""
     count, others = one.shape[0], other.shape[0]
     out = np.empty((count, others), np.float32)
@@ -26,7 +26,9 @@ def alike(one, other, spread):
 
 
 @njit(cache=True, fastmath=True)
-def _seen(range_m, x_m, y_m, distance, bearing):
+def _seen(
+    range_m: np.ndarray, x_m: float, y_m: float, distance: np.ndarray, bearing: np.ndarray
+) -> None:
     """Distance and bearing of every point that the source sees, from another place."""
     count = range_m.shape[0]
     step = 2.0 * math.pi / count
@@ -38,7 +40,15 @@ def _seen(range_m, x_m, y_m, distance, bearing):
 
 
 @njit(cache=True, fastmath=True)
-def _agreement(distance, bearing, goal_m, colour, yaw_rad, far_m, every):
+def _agreement(
+    distance: np.ndarray,
+    bearing: np.ndarray,
+    goal_m: np.ndarray,
+    colour: np.ndarray,
+    yaw_rad: float,
+    far_m: float,
+    every: int,
+) -> float:
     """Share of what should be seen from the goal that is, colours and ranges."""
     count = distance.shape[0]
     step = 2.0 * math.pi / count
@@ -60,7 +70,15 @@ def _agreement(distance, bearing, goal_m, colour, yaw_rad, far_m, every):
 
 
 @njit(cache=True, fastmath=True)
-def search(range_m, goal_m, colour, reach_m, pitch_m, far_m, best):
+def search(
+    range_m: np.ndarray,
+    goal_m: np.ndarray,
+    colour: np.ndarray,
+    reach_m: float,
+    pitch_m: float,
+    far_m: float,
+    best: np.ndarray,
+) -> None:
     """Fills `best` (rows: score, x, y, yaw), the best yaw of the best places, high to low.
 
     Places are those that the source sees over: a grid of `pitch_m` within `reach_m`.
@@ -102,7 +120,16 @@ def search(range_m, goal_m, colour, reach_m, pitch_m, far_m, best):
 
 
 @njit(cache=True, fastmath=True)
-def refine(range_m, goal_m, colour, far_m, pose, step_m, step_rad, halvings):
+def refine(
+    range_m: np.ndarray,
+    goal_m: np.ndarray,
+    colour: np.ndarray,
+    far_m: float,
+    pose: np.ndarray,
+    step_m: float,
+    step_rad: float,
+    halvings: int,
+) -> float:
     """Climbs from `pose` (x, y, yaw), in place, to the best agreement near it; returns that."""
     count = range_m.shape[0]
     distance = np.empty(count)
