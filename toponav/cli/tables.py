@@ -82,7 +82,8 @@ def tables(
     stored = [load_results(folder) for folder in folders if folder not in image_nav]
     pictures = [load_image_nav_results(folder) for folder in image_nav]
     if json:
-        every = {str(found.folder): found.results for found in (*stored, *pictures)}
+        every = {str(found.folder): found.results for found in stored}
+        every |= {str(found.folder): found.results for found in pictures}
         print(json_module.dumps(every))
         return 0
     endings = {"text": "txt", "csv": "csv", "latex": "tex"}

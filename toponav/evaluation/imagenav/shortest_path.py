@@ -33,6 +33,7 @@ class ShortestPathAgent:
         self._simulation: ImageNavSimulation | None = None
         self._field: np.ndarray | None = None
         self._blocked = 0
+        self._turn = Action.LEFT
         self._belief = ImageNavBelief()
 
     def attach_truth(self, simulation: ImageNavSimulation) -> None:

@@ -103,6 +103,9 @@ class FrontierAgent:
         self._perception = perception
         self._seed = seed
         self._finder: GoalFinder | None = None
+        self._target: tuple[float, float] | None = None
+        self._given_up: list[tuple[float, float]] = []
+        self._action: Action | None = None
         self._begin()
 
     def reseed(self, seed: int) -> None:
@@ -159,9 +162,9 @@ class FrontierAgent:
         self._policy = LocalPolicy(seed=self._seed)
         self._tracker = PoseTracker(aligned=False)
         self._pose = Pose2(0.0, 0.0, 0.0)
-        self._action: Action | None = None
-        self._target: tuple[float, float] | None = None
-        self._given_up: list[tuple[float, float]] = []
+        self._action = None
+        self._target = None
+        self._given_up = []
         self._age = self._step = self._approaching = 0
         self._mode, self._why = "explore", ""
 
