@@ -101,5 +101,16 @@ def _free_part(solid, row, col, down, right, radius):  # type: ignore[no-untyped
         towards = down * away_row + right * away_col < -1e-9 * length
         if towards and spare < 2 * _GAP:
             return at / length, True
-        at += spare - _GAP if towards else max(spare - _GAP, _STEP)
+        ahead = spare - _GAP if towards else max(spare - _GAP, _STEP)
+        if spare < 2 * _GAP:
+            # Along one surface, perhaps into another: in a corner no step may lead deeper.
+            after, _, _ = clearance_of_point(
+                solid,
+                row + down * (at + ahead) / length,
+                col + right * (at + ahead) / length,
+                radius + 1.0,
+            )
+            if after < radius and after < here - 1e-9:
+                return at / length, True
+        at += ahead
     return 1.0, False

@@ -90,7 +90,9 @@ def score_of(via_m: np.ndarray) -> Float32[np.ndarray, "..."]:
         >>> score_of(np.array([0.0, 5.0, np.inf])).round(3).tolist()
         [1.0, 0.368, 0.0]
     """
-    return np.exp(-np.asarray(via_m, np.float32) / np.float32(SCORE_LENGTH_M))
+    return np.asarray(
+        np.exp(-np.asarray(via_m, np.float32) / np.float32(SCORE_LENGTH_M)), np.float32
+    )
 
 
 def exits_of(ground: Ground, pose: Pose2, radius_m: float = NODE_RADIUS_M) -> Exits:
