@@ -234,8 +234,8 @@ def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
 
 def _ring(
     draw: ImageDraw.ImageDraw,
-    center: tuple[float, float],
-    radius: float,
+    center: tuple[float | int, float | int],
+    radius: float | int,
     fill: tuple[int, ...],
     outline: tuple[int, int, int] | None = None,
     width: int = 1,

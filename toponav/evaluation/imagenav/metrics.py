@@ -177,7 +177,7 @@ def _interval(values: np.ndarray, groups: Sequence[str]) -> list[float] | None:
     return None if ends is None else list(ends)
 
 
-def _mean(values: Sequence[float] | np.ndarray) -> float | None:
+def _mean(values: Sequence[float | int] | np.ndarray) -> float | None:
     return float(np.mean(values)) if len(values) else None
 
 

@@ -122,7 +122,7 @@ class LocalMap:
         col = math.floor((x_m - self._origin_m) / self.config.cell_m)
         return min(max(row, 0), last), min(max(col, 0), last)
 
-    def center_of(self, row: float, col: float) -> tuple[float, float]:
+    def center_of(self, row: float | int, col: float | int) -> tuple[float, float]:
         """Middle of a cell, x and y."""
         cell_m = self.config.cell_m
         return (col + 0.5) * cell_m + self._origin_m, (row + 0.5) * cell_m + self._origin_m
