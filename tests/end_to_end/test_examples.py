@@ -27,6 +27,11 @@ def test_every_example_is_tested():
     assert untested == set()
 
 
+def test_map_goes_through_other_formats(tmp_path, monkeypatch, capsys):
+    run("06_convert_maps.py", tmp_path, monkeypatch)
+    assert capsys.readouterr().out
+
+
 def test_robot_drives_where_it_is_open(tmp_path, monkeypatch, capsys):
     run("01_drive_in_gymnasium.py", tmp_path, monkeypatch)
     driven_m = float(capsys.readouterr().out.splitlines()[-1].split()[0])
@@ -79,10 +84,10 @@ def test_area_is_evaluated_by_two_commands(tmp_path, areas_dir):
     assert (tmp_path / "results" / "results.json").is_file()
 
 
-@pytest.mark.parametrize("name", ["train_best", "train_compact", "train_quick"])
+@pytest.mark.parametrize("name", ["train_best.sh", "train_compact.sh", "train_quick.sh"])
 def test_training_script_is_valid_shell(name):
     bash = shutil.which("bash")
     if bash is None:
         pytest.skip("no bash")
     # That its commands exist and take these options is tests/test_docs.py's to say.
-    assert subprocess.run([bash, "-n", str(EXAMPLES / f"{name}.sh")], check=False).returncode == 0
+    assert subprocess.run([bash, "-n", str(EXAMPLES / name)], check=False).returncode == 0

@@ -72,13 +72,15 @@ def test_wheel_holds_the_licence_and_the_command(installed):
     assert "toponav.cli.main:main" in (metadata / "entry_points.txt").read_text()
 
 
-def test_weights_ship_within_15_megabytes(installed):
-    weights = list((installed / "toponav" / "weights" / "compact").glob("*.safetensors"))
-    if not weights:
-        pytest.skip("no weights ship with this version yet")
-    assert len(weights) == 6
+@pytest.mark.parametrize(
+    ("preset", "networks", "most_bytes"),
+    [("compact", 8, 15e6), ("best", 2, 5e6), ("nts", 2, 15e6)],
+)
+def test_weights_ship_within_their_size(installed, preset, networks, most_bytes):
+    weights = list((installed / "toponav" / "weights" / preset).glob("*.safetensors"))
+    assert len(weights) == networks
     assert all(path.with_suffix(".json").is_file() for path in weights)
-    assert sum(path.stat().st_size for path in weights) < 15e6
+    assert sum(path.stat().st_size for path in weights) < most_bytes
 
 
 def test_wheel_works_without_the_source_tree(installed, tmp_path):

@@ -91,12 +91,13 @@ def _faults_of(
     map: Path, building: "Building | None"
 ) -> "tuple[TopologicalMap | None, tuple[Fault, ...]]":
     """The map, or None where its document holds none, and all its faults."""
-    from toponav.maps.formats.canvas import drawing_faults
     from toponav.maps.validate import check_file, validate
-    from toponav.worlds.load.stanford import AreaFiles
 
     if not is_yaml(map):
         return check_file(map, building)
+    from toponav.maps.formats.canvas import drawing_faults
+    from toponav.worlds.load.stanford import AreaFiles
+
     files = AreaFiles.read(map)
     drawn = area_map(map)
     building = building or building_of(map)

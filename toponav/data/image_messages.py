@@ -50,7 +50,12 @@ class CameraModel(NamedTuple):
 
 
 def depth_of_image(
-    encoding: str, height: int, width: int, step: int, is_bigendian: bool, data: bytes
+    encoding: str,
+    height: int,
+    width: int,
+    step: int,
+    is_bigendian: bool,
+    data: bytes | UInt8[np.ndarray, " bytes"],
 ) -> Float32[np.ndarray, "height width"]:
     """The Z-depth in metres of an image message; holes stay 0 or NaN as they came.
 
@@ -70,7 +75,7 @@ def depth_of_image(
 
 
 def color_of_image(
-    encoding: str, height: int, width: int, step: int, data: bytes
+    encoding: str, height: int, width: int, step: int, data: bytes | UInt8[np.ndarray, " bytes"]
 ) -> UInt8[np.ndarray, "height width 3"]:
     """The red, green and blue of an image message.
 
@@ -85,7 +90,9 @@ def color_of_image(
     return np.ascontiguousarray(pixels[..., ::-1] if encoding.startswith("b") else pixels)
 
 
-def _rows(data: bytes, height: int, used: int, step: int) -> UInt8[np.ndarray, "rows used"]:
+def _rows(
+    data: bytes | UInt8[np.ndarray, " bytes"], height: int, used: int, step: int
+) -> UInt8[np.ndarray, "rows used"]:
     if not (height > 0 and 0 < used <= step and height * step <= min(len(data), _MOST_PIXELS)):
         raise _bad_image(f"{height} rows of {step} bytes do not fit {len(data)} bytes")
     return np.frombuffer(data, np.uint8, height * step).reshape(height, step)[:, :used]

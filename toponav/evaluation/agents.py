@@ -116,11 +116,12 @@ class AgentChoice:
         """What `NAME`, `NAME=WEIGHTS` or `NAME=WEIGHTS,setting=value,label=LABEL` says.
 
         Example:
-            >>> choice = AgentChoice.parse("graphnav_pf=compact,particles=300")
+            >>> from toponav.evaluation.agents import AgentChoice
+            >>> choice = AgentChoice.parse("graphnav_pf=compact,avoidance=off")
             >>> choice.agent, choice.weights, choice.options
-            ('graphnav_pf', 'compact', (('particles', '300'),))
+            ('graphnav_pf', 'compact', (('avoidance', 'off'),))
             >>> choice.label
-            'graphnav_pf=compact,particles=300'
+            'graphnav_pf=compact,avoidance=off'
         """
         first, *rest = text.split(",")
         name, _, weights = first.partition("=")

@@ -41,7 +41,7 @@ def suggest_behaviors(
         InputError: If there is no such edge.
 
     Example:
-        >>> suggest_behaviors(drawn).edge("office_1->office_1_door").behavior
+        >>> suggest_behaviors(drawn).edge("office_1->office_1_door").behavior  # doctest: +SKIP
         <Behavior.FIND_DOOR: 'find_door'>
     """
     chosen = {topological_map.edge(edge).id for edge in edges} if edges is not None else None

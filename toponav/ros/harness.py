@@ -73,10 +73,6 @@ class Harness:
         config: How the simulator behaves.
         agent: Options of `toponav ros agent`.
         log: Where the agent's output goes.
-
-    Example:
-        >>> with ros_context(), Harness(simulation, start, config, ["--map", "m"], log) as harness:
-        ...     result = harness.drive(plan, start, until=lambda: judge.finished)
     """
 
     def __init__(

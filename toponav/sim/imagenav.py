@@ -75,9 +75,9 @@ class ImageNavSimulation:
 
     Example:
         >>> simulation = ImageNavSimulation(scene)
-        >>> goal = simulation.reset(Pose2(1, 2, 0), Pose2(4, 2, 0), seed=0)
-        >>> state = simulation.step(Action.FORWARD)
-        >>> observation = simulation.observe()
+        >>> goal = simulation.reset(Pose2(1, 2, 0), Pose2(4, 2, 0), seed=0)  # doctest: +SKIP
+        >>> state = simulation.step(Action.FORWARD)  # doctest: +SKIP
+        >>> observation = simulation.observe()  # doctest: +SKIP
     """
 
     def __init__(

@@ -59,7 +59,7 @@ def load_episodes(
 
     Example:
         >>> [round(one.geodesic_m, 1) for one in load_episodes("homes-val", "easy", 2)]
-        [2.3, 2.2]
+        [1.9, 2.4]
     """
     if suite_name not in FROZEN_COUNTS:
         raise InputError(

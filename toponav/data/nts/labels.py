@@ -87,7 +87,7 @@ def score_of(via_m: np.ndarray) -> Float32[np.ndarray, "..."]:
     """How fast the goal is reached: 1 at once, 1/e after 5 m, 0 never.
 
     Example:
-        >>> score_of(np.array([0.0, 5.0, np.inf])).round(3).tolist()
+        >>> [round(score, 3) for score in score_of(np.array([0.0, 5.0, np.inf])).tolist()]
         [1.0, 0.368, 0.0]
     """
     return np.asarray(

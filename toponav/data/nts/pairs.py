@@ -54,8 +54,9 @@ class PairStream:
         homes: The labels of each home.
 
     Example:
-        >>> stream = PairStream([labels_of(home) for home in open_panoramas(folder)])
-        >>> batch = next(stream.random(256, np.random.default_rng(0)))
+        >>> homes = [labels_of(home) for home in open_panoramas(folder)]  # doctest: +SKIP
+        >>> stream = PairStream(homes)  # doctest: +SKIP
+        >>> batch = next(stream.random(256, np.random.default_rng(0)))  # doctest: +SKIP
     """
 
     def __init__(self, homes: Sequence[HomeLabels]) -> None:

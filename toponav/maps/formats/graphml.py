@@ -50,8 +50,8 @@ def map_to_graphml(topological_map: TopologicalMap) -> tuple[str, ConversionRepo
         InputError: If a name holds a character that XML has no way to write.
 
     Example:
-        >>> graph = networkx.read_graphml("office.graphml")
-        >>> graph.nodes["office_1"]["kind"], graph.nodes["office_1"]["x"]
+        >>> graph = networkx.read_graphml("office.graphml")  # doctest: +SKIP
+        >>> graph.nodes["office_1"]["kind"], graph.nodes["office_1"]["x"]  # doctest: +SKIP
         ('room', 2.0)
     """
     keys = [

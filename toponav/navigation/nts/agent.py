@@ -65,8 +65,8 @@ class NTSAgent:
 
     Example:
         >>> agent = NTSAgent.from_weights("nts", depth=True)
-        >>> agent.reset(goal)
-        >>> action = agent.act(observation)
+        >>> agent.reset(goal)  # doctest: +SKIP
+        >>> action = agent.act(observation)  # doctest: +SKIP
     """
 
     def __init__(
