@@ -2,7 +2,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from tests.maps.small_maps import CF, FD, TL, TR, S, edge, office_floor, plus, without
@@ -97,6 +97,7 @@ def _broken(breaks) -> TopologicalMap:
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(_BREAKS, min_size=1, max_size=5))
+@example([("yaw", "hallway_1-2l->office_4", 0.0), ("yaw", "hallway_1-3l->hallway_1-2l", 0.0)])
 def test_a_repair_never_makes_a_new_fault(breaks) -> None:
     broken = _broken(breaks)
     before = Counter((fault.rule, fault.element) for fault in validate(broken))

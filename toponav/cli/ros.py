@@ -188,7 +188,7 @@ def _serve_images(name: str, weights: str | None, preset: "RobotPreset", sim_tim
     from toponav.ros.runtime import ros_context
 
     with ros_context():
-        node = ImageNode(lambda: agent, preset, IMAGE_AGENTS.get(name) != "rgb", sim_time)
+        node = ImageNode(lambda: agent, preset, IMAGE_AGENTS.get(name, True), sim_time)
         print(f"{name} is ready; Ctrl-C ends it", file=sys.stderr)
         with suppress(KeyboardInterrupt):
             node.run()

@@ -62,6 +62,7 @@ def repair(topological_map: TopologicalMap, building: Building | None = None) ->
             continue
         current, faults = changed, after
         fixed.append(fault)
+        given_up.clear()  # what stood in the way of another fix may be gone
 
 
 def _improves(before: Sequence[Fault], after: Sequence[Fault], fault: Fault) -> bool:

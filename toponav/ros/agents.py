@@ -29,7 +29,7 @@ def _load_graphnav(
 ) -> Agent[NavigationTask]:
     from toponav.models.checkpoints import holds_metric_weights
 
-    if weights is not None and holds_metric_weights(weights):
+    if holds_metric_weights(weights or "best"):
         from toponav.navigation.graphnav.metric_agent import load_metric_agent
 
         return load_metric_agent(weights, pose_filter=filtered, camera=camera)
@@ -60,11 +60,8 @@ PLAN_AGENTS: Mapping[str, PlanAgentLoader] = {
 }
 """Agents that follow plans."""
 
-IMAGE_AGENTS: Mapping[str, str] = {
-    "nts_rgb": "rgb",
-    "nts_rgbd": "rgbd",
-}
-"""Agents that look for the place of a picture, and what they see."""
+IMAGE_AGENTS: Mapping[str, bool] = {"nts_rgb": False, "nts_rgbd": True}
+"""Agents that look for the place of a picture, and whether they see depth."""
 
 
 def load_plan_agent(
@@ -91,7 +88,7 @@ def load_image_agent(name: str, weights: str | None) -> ImageNavAgent:
     """The agent of that name, or of `module:factory`, called with the weights.
 
     Raises:
-        InputError: There is none, or it is not part of this version of toponav.
+        InputError: There is none, or its weights cannot be read.
     """
     if ":" in name:
         made: ImageNavAgent = imported(name)(weights)
@@ -102,18 +99,9 @@ def load_image_agent(name: str, weights: str | None) -> ImageNavAgent:
             where="--image-agent",
             remedy=did_you_mean(name, IMAGE_AGENTS),
         )
-    try:
-        module: Any = importlib.import_module("toponav.navigation.nts.agent")
-        loader = module.load_nts_agent
-    except (ImportError, AttributeError):
-        raise InputError(
-            f"this version of toponav has no agent {name} yet",
-            where="--image-agent",
-            remedy="leave it out, or give your own as module:factory (a function of the weights "
-            "that returns a toponav.core.imagenav.ImageNavAgent)",
-        ) from None
-    loaded: ImageNavAgent = loader(weights, modality=IMAGE_AGENTS[name])
-    return loaded
+    from toponav.navigation.nts.agent import NTSAgent
+
+    return NTSAgent.from_weights(weights or "nts", depth=IMAGE_AGENTS[name])
 
 
 def imported(name: str) -> Callable[..., Any]:

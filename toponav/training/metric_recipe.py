@@ -10,6 +10,7 @@ import numpy as np
 import torch
 
 from toponav.core.arrays import read_npz
+from toponav.core.errors import InputError
 from toponav.core.files import write_atomically
 from toponav.models.checkpoints import load_checkpoint
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
@@ -77,7 +78,12 @@ def train_steering(
     metadata, digest = _described(sets, preset)
     pose_path = out / "pose.safetensors"
     network = load_checkpoint(pose_path)
-    assert isinstance(network, PoseNetwork)
+    if not isinstance(network, PoseNetwork):
+        raise InputError(
+            f"this is a network for {network.kind}, not for poses",
+            where=str(pose_path),
+            remedy="give `--pose` a folder that `toponav train best` wrote",
+        )
     pose_sha256 = hashlib.sha256(pose_path.read_bytes()).hexdigest()
     metadata["pose_sha256"] = pose_sha256
     write_run(out, "steering", config, metadata)
