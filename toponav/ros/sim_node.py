@@ -51,6 +51,7 @@ class _Frames(NamedTuple):
 
 FRAMES: Final = _Frames()
 _NS: Final = 10**9
+_ORIGIN: Final = (0.0, 0.0, 0.0)
 _REPEAT_S: Final = 0.25
 _MOST_KEPT: Final = 200_000
 
@@ -231,10 +232,10 @@ class SimNode(Node):  # type: ignore[misc]
         self._tf_static.publish(
             TFMessage(
                 transforms=[
-                    make(FRAMES.map, FRAMES.odom, (0, 0, 0)),
-                    make(FRAMES.footprint, FRAMES.base, (0, 0, 0)),
-                    make(FRAMES.base, FRAMES.camera, (0, 0, height_m), tilt),
-                    make(FRAMES.camera, FRAMES.optical, (0, 0, 0), OPTICAL_ROTATION),
+                    make(FRAMES.map, FRAMES.odom, _ORIGIN),
+                    make(FRAMES.footprint, FRAMES.base, _ORIGIN),
+                    make(FRAMES.base, FRAMES.camera, (0.0, 0.0, height_m), tilt),
+                    make(FRAMES.camera, FRAMES.optical, _ORIGIN, OPTICAL_ROTATION),
                 ]
             )
         )
@@ -250,7 +251,7 @@ class SimNode(Node):  # type: ignore[misc]
         self._odom.publish(self._odometry)
         x, y, yaw = state.pose
         turned = quaternion_of_yaw(yaw)
-        moved = _fill.transform_message(FRAMES.odom, FRAMES.footprint, (x, y, 0), turned, time_ns)
+        moved = _fill.transform_message(FRAMES.odom, FRAMES.footprint, (x, y, 0.0), turned, time_ns)
         self._tf.publish(TFMessage(transforms=[moved]))
         touching = state.contact is not None
         if touching and not self._touching:
