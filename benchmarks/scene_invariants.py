@@ -142,21 +142,25 @@ def _code_hash() -> str:
 
 def _write(checked: list[Checked], out: Path) -> None:
     """The counts so far."""
+    path = out / "scene_invariants.json"
+    before = read_json_object(path) if path.is_file() else {"metrics": {}, "settings": {}}
     metrics: dict[str, float] = {}
-    for kind in _MAKERS:
-        metrics |= _metrics(kind, [one for one in checked if one.kind == kind])
-    settings = {
-        "faults": [
-            f"{one.kind}-{one.seed}: {rule}: {what}"
-            for one in checked
-            for rule, what in one.faults
-        ],
-        "versions": {"home": HOME_VERSION, "office": OFFICE_VERSION},
-        "seeds": {
-            kind: _ranges(one.seed for one in checked if one.kind == kind) for kind in _MAKERS
-        },
-        "seconds": "of processor time of one process with one thread",
-    }
+    kinds: dict[str, object] = {}
+    for kind, version in (("home", HOME_VERSION), ("office", OFFICE_VERSION)):
+        these = [one for one in checked if one.kind == kind]
+        if these:
+            metrics |= _metrics(kind, these)
+            faults = [f"{kind}-{one.seed}: {': '.join(f)}" for one in these for f in one.faults]
+            kinds[kind] = {
+                "version": version,
+                "commit": source_commit(),
+                "seeds": _ranges(one.seed for one in these),
+                "faults": faults,
+            }
+        elif kind in before["settings"]:
+            kinds[kind] = before["settings"][kind]
+            metrics |= {n: v for n, v in before["metrics"].items() if n.startswith(kind)}
+    settings = {**kinds, "seconds": "of processor time of one process with one thread"}
     write_benchmark(Benchmark("scene_invariants", metrics, settings), out)
 
 
