@@ -1,7 +1,7 @@
 """The agent of Neural Topological SLAM, and its two ablations."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -171,11 +171,15 @@ class NTSAgent:
 
     def belief(self) -> ImageNavBelief:
         """What it thinks after the last `act`."""
-        graph, finder, view = self.graph, self._finder, self._view
-        place = finder.place if finder is not None else None
-        score = None
+        finder, view, score = self._finder, self._view, None
         if view is not None and finder is not None and self.config.use_score:
             score = self.perception.compare([view], finder.goal).score[0]
+        return replace(self.belief_in_brief(), score=score)
+
+    def belief_in_brief(self) -> ImageNavBelief:
+        """The same without the scores from here, which nothing but a picture needs."""
+        graph, finder, view = self.graph, self._finder, self._view
+        place = finder.place if finder is not None else None
         return ImageNavBelief(
             pose=self._tracker.pose,
             nodes=tuple(BeliefNode(n.pose, n.step, n.panorama) for n in graph.nodes),
@@ -189,7 +193,6 @@ class NTSAgent:
             goal=place,
             subgoal=self._subgoal,
             explorable=None if view is None else view.explorable,
-            score=score,
             mode=self._mode,
             stopped_because=self._why,
         )
