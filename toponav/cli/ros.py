@@ -164,7 +164,7 @@ def ros_agent(
     torch.set_num_threads(1)
     from toponav.ros.agent_node import AgentNode, AgentNodeConfig
     from toponav.ros.agents import load_plan_agent
-    from toponav.ros.runtime import ros_context
+    from toponav.ros.runtime import favor_latency, ros_context
 
     with ros_context():
         node = AgentNode(
@@ -173,6 +173,7 @@ def ros_agent(
             _camera(preset),
             AgentNodeConfig(preset, sim_time),
         )
+        favor_latency()
         print(f"{agent} is ready on map {loaded.name}; Ctrl-C ends it", file=sys.stderr)
         with suppress(KeyboardInterrupt):
             node.run()
