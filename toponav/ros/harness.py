@@ -25,23 +25,23 @@ from toponav.ros.faults import parse_faults
 from toponav.ros.sim_node import SimNode, SimNodeConfig, StepSeen
 from toponav.sim.simulation import SimState, Simulation
 
-__all__ = ["AgentProcess", "ControlSteps", "Harness", "pin_threads"]
+__all__ = ["ControlSteps", "Harness", "RosProcess", "pin_threads"]
 
 _START_S = 300.0
 _AGENT = "toponav_agent"
 
 
-class AgentProcess:
-    """`toponav ros agent` as a child.
+class RosProcess:
+    """A `toponav ros` command as a child.
 
     Args:
-        arguments: Its options.
+        words: Its words after `toponav ros`.
         log: Where what it prints goes.
     """
 
-    def __init__(self, arguments: Sequence[str], log: Path) -> None:
+    def __init__(self, words: Sequence[str], log: Path) -> None:
         self._log: IO[bytes] = log.open("wb")
-        command = [sys.executable, "-m", "toponav.cli.main", "ros", "agent", *arguments]
+        command = [sys.executable, "-m", "toponav.cli.main", "ros", *words]
         self.process = subprocess.Popen(command, stdout=self._log, stderr=subprocess.STDOUT)
 
     def kill(self) -> None:
@@ -56,6 +56,14 @@ class AgentProcess:
                 if line.startswith("VmRSS:"):
                     return int(line.split()[1])
         return 0
+
+    def is_over(self) -> bool:
+        """Whether it has ended."""
+        return self.process.poll() is not None
+
+    def interrupt(self) -> None:
+        """Ctrl-C."""
+        self.process.send_signal(signal.SIGINT)
 
     def close(self) -> None:
         """End it, politely at first."""
@@ -107,10 +115,11 @@ class Harness:
         log: Path,
     ) -> None:
         self._watchers: list[Callable[[StepSeen], None]] = []
-        self._config, self._log, self._arguments = config, log, [*agent, "--sim-time"]
+        self._config, self._log = config, log
+        self._words = ["agent", *agent, "--sim-time"]
         self.node = SimNode(simulation, start, config, self._show)
         self._client = ActionClient(self.node, FollowPlan, "follow_plan")
-        self.agent = AgentProcess(self._arguments, log)
+        self.agent = RosProcess(self._words, log)
 
     def __enter__(self) -> "Harness":
         try:
@@ -207,7 +216,7 @@ class Harness:
         """A new agent where the last one is no more."""
         if self._agent_is_dead():
             self.agent.close()
-            self.agent = AgentProcess(self._arguments, self._log)
+            self.agent = RosProcess(self._words, self._log)
             self._await_agent()
 
     def agent_log(self) -> str:
