@@ -109,16 +109,16 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
         )
     if recipe == "nts":
         return TrainingConfig(
-            epochs=30,
-            samples_per_epoch=4_000,
-            batch_size=32,
+            epochs=12,
+            samples_per_epoch=12_800,
+            batch_size=64,
             learning_rate=2e-3,
             weight_decay=0.03,
             schedule="one_cycle",
-            ema=0.99,
+            ema=0.995,
             mirror=True,
             most_repeats=4,
-            most_validation_samples=1024,
+            most_validation_samples=1280,
         )
     if recipe == "il":
         return TrainingConfig(

@@ -16,10 +16,13 @@ class FinderConfig:
 
     reach_m: float = 4.0
     """The goal is looked for this far from the robot."""
-    found: float = 0.56
+    found: float = 0.5
     """Agreement from which on a place is taken for the goal, from afar."""
-    network_share: float = 0.06
-    """What a confident network adds to the agreement, or takes from it."""
+    network_share: float = 0.15
+    """What a confident F_L adds to the agreement, or takes from it."""
+    network_pull: float = 0.1
+    """How much better a place a metre away from where F_R has the goal has to agree, where F_L
+    is confident."""
     near_m: float = 1.0
     """Nearer than this, the goal has to look right."""
     near: float = 0.64
@@ -36,7 +39,9 @@ class FinderConfig:
 
 def finder_of(depth: bool) -> FinderConfig:
     """Thresholds for a depth camera, or for predicted ranges, which agree less."""
-    return FinderConfig() if depth else FinderConfig(found=0.48, network_share=0.1, near=0.52)
+    if depth:
+        return FinderConfig()
+    return FinderConfig(found=0.52, network_share=0.3, network_pull=0.25, near=0.62)
 
 
 class GoalFinder:
@@ -88,14 +93,23 @@ class GoalFinder:
 
     def _search(self, view: View, pose: Pose2) -> None:
         config = self.config
-        found = register(view.signature, self.goal.signature, config.reach_m)
-        if found.score < config.found - config.network_share:
-            return
-        chance = float(self._perception.compare([view], self.goal).connection[0])
-        score = found.score + config.network_share * (2.0 * chance - 1.0)
+        pair = self._perception.compare([view], self.goal)
+        chance = float(pair.connection[0])
+        away_m, bearing = float(pair.distance_m[0]), float(pair.direction_rad[0])
+        hint = (
+            away_m * math.cos(bearing),
+            away_m * math.sin(bearing),
+            config.network_pull * chance,
+        )
+        found = register(view.signature, self.goal.signature, config.reach_m, hint)
+        score = self._agreement(found, chance)
         place = pose.compose(found.pose)
         if score > config.found and score > self.score and not self._is_mistake(place, score):
             self.place, self.score = place, score
+
+    def _agreement(self, found: Registration, chance: float) -> float:
+        """What registration and F_L say together."""
+        return found.score + self.config.network_share * (2.0 * chance - 1.0)
 
     def _check(self, view: View, pose: Pose2) -> None:
         """Looks again at the place believed, when it is near enough to be sure."""
@@ -104,6 +118,8 @@ class GoalFinder:
         if pose.distance_to(self.place) > config.reach_m:
             return
         found = align(view.signature, self.goal.signature, self.place.relative_to(pose))
+        chance = float(self._perception.compare([view], self.goal).connection[0])
+        found = Registration(found.pose, self._agreement(found, chance))
         away_m = math.hypot(found.pose.x_m, found.pose.y_m)
         if found.score >= min(self.score, config.near):
             self._take(found, pose)
