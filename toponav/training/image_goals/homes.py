@@ -1,6 +1,7 @@
 """Homes that training runs in: made once, kept on disk, and driven in with a compact camera."""
 
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,7 @@ class HomeShelf:
         kept: Homes kept in memory.
         max_steps: Length of an episode.
         noise: Whether motions are as bad as a LoCoBot's.
+        scenes: Other buildings, in place of the suite's.
     """
 
     def __init__(
@@ -68,9 +70,10 @@ class HomeShelf:
         kept: int = 80,
         max_steps: int = MAX_STEPS,
         noise: bool = True,
+        scenes: Sequence[Scene] = (),
     ) -> None:
-        self._suite = suite(suite_name)
-        self.seeds = self._suite.seeds[:homes]
+        self._suite, self._given = suite(suite_name), scenes
+        self.seeds = range(len(scenes)) if scenes else self._suite.seeds[:homes]
         self._camera, self._folder, self._kept = camera, folder, kept
         self._settings: dict[str, Any] = {"max_steps": max_steps}
         if not noise:
@@ -96,6 +99,8 @@ class HomeShelf:
         return Route(home, *sample_route(space, near_m, far_m, rng))
 
     def _scene(self, seed: int) -> Scene:
+        if self._given:
+            return self._given[seed]
         if self._folder is None:
             return suite_scene(self._suite.generator, seed)
         path = self._folder / f"{self._suite.generator}-{seed:04d}"

@@ -27,6 +27,7 @@ from toponav.models.baselines.image_goal_presets import ImageGoalConfig
 from toponav.models.checkpoints import save_checkpoint
 from toponav.training.curves import write_metrics
 from toponav.training.image_goals.closed_loop import ClosedLoop
+from toponav.training.image_goals.homes import HomeShelf
 from toponav.training.image_goals.reinforcement_config import ReinforcementConfig
 from toponav.training.image_goals.robot_processes import RobotProcesses
 from toponav.training.image_goals.rollouts import RolloutSettings
@@ -63,7 +64,7 @@ def train_reinforcement(
     *,
     homes: Path | None = None,
     report: Report | None = None,
-    settings: RolloutSettings | None = None,
+    shelf: HomeShelf | None = None,
 ) -> TrainingResult:
     """Train a policy until it has seen so many frames, or time is up; run again, it goes on.
 
@@ -78,17 +79,18 @@ def train_reinforcement(
         out: Folder for the weights.
         homes: Where homes are kept between runs.
         report: Told about progress.
-        settings: What episodes are drawn from, where it is not homes-train.
+        shelf: Other buildings than homes-train; simulated in this process.
 
     Raises:
         InputError: The folder holds another run.
     """
     torch.set_num_threads(config.threads)
-    drawn = settings or RolloutSettings(
+    drawn = RolloutSettings(
         homes=config.homes, near_m=config.near_m, max_steps=config.max_steps, folder=homes
     )
+    workers = config.workers if shelf is None else 0
     robots = RobotProcesses(
-        sizes, drawn, config.robots, config.workers, config.seed, config.reward_scale
+        sizes, drawn, config.robots, workers, config.seed, config.reward_scale, shelf
     )
     try:
         return _Run(sizes, preset, config, drawn, robots, out, report).run()

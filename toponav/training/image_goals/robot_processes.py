@@ -17,6 +17,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from toponav.core.errors import InputError
 from toponav.core.imagenav import Action
 from toponav.models.baselines.image_goal_presets import ImageGoalConfig
+from toponav.training.image_goals.homes import HomeShelf
 from toponav.training.image_goals.rollouts import Robots, RolloutSettings, observation_space
 
 __all__ = ["RobotProcesses"]
@@ -34,6 +35,7 @@ class RobotProcesses(VecEnv):
         processes: Processes that simulate them; 0 simulates here.
         seed: Seed of the episodes.
         reward_scale: Factor on rewards, which changes no policy, but how fast one is learned.
+        shelf: Other buildings than the settings say; simulated here.
     """
 
     def __init__(
@@ -44,6 +46,7 @@ class RobotProcesses(VecEnv):
         processes: int,
         seed: int = 0,
         reward_scale: float = 1.0,
+        shelf: HomeShelf | None = None,
     ) -> None:
         space = observation_space(config)
         super().__init__(robots, space, gymnasium.spaces.Discrete(len(Action)))
@@ -63,7 +66,7 @@ class RobotProcesses(VecEnv):
         self._actions = np.zeros(robots, np.int64)
         parts = _parts(robots, max(processes, 1))
         self._parts = parts
-        self._here = Robots(config, settings, parts[0], seed) if not processes else None
+        self._here = Robots(config, settings, parts[0], seed, shelf) if not processes else None
         self._pipes: list[Connection] = []
         self._processes: list[Any] = []
         for part in parts if processes else []:

@@ -38,6 +38,17 @@ class RolloutSettings:
     folder: Path | None = None
     """Where homes are kept between runs."""
 
+    def shelf(self, config: ImageGoalConfig) -> HomeShelf:
+        """The homes, seen as a network sees them."""
+        return HomeShelf(
+            self.suite,
+            self.homes,
+            camera_of(config),
+            folder=self.folder,
+            max_steps=self.max_steps,
+            noise=self.noise,
+        )
+
 
 def observation_space(config: ImageGoalConfig) -> gymnasium.spaces.Dict:
     """What a network is given in a step."""
@@ -64,20 +75,19 @@ class Robots:
         settings: What episodes are drawn from.
         numbers: Of these robots among all.
         seed: Seed of the episodes.
+        shelf: Other buildings than the settings say.
     """
 
     def __init__(
-        self, config: ImageGoalConfig, settings: RolloutSettings, numbers: range, seed: int
+        self,
+        config: ImageGoalConfig,
+        settings: RolloutSettings,
+        numbers: range,
+        seed: int,
+        shelf: HomeShelf | None = None,
     ) -> None:
         self._numbers, self._seed = numbers, seed
-        shelf = HomeShelf(
-            settings.suite,
-            settings.homes,
-            camera_of(config),
-            folder=settings.folder,
-            max_steps=settings.max_steps,
-            noise=settings.noise,
-        )
+        shelf = shelf or settings.shelf(config)
         self._robots = [_Robot(shelf, Senses(config), settings) for _ in numbers]
 
     def reset(self, segment: int, far_m: float) -> list[dict[str, np.ndarray]]:
