@@ -204,6 +204,16 @@ class Harness:
         spec = dataclasses.replace(spec, period_s=period_s, begins_s=begins_s)
         self._configure(faults=spec, rate=rate)
 
+    def limit(self, rate: float) -> None:
+        """Time passes at most so fast, for those who only listen."""
+        self._configure(rate=rate)
+
+    def is_listened_to(self, node: str) -> bool:
+        """Whether a node of that name hears this robot's pictures."""
+        topic = self.node.config.robot.depth
+        hears = self.node.get_subscriptions_info_by_topic(topic)
+        return any(each.node_name == node for each in hears)
+
     def let_go(self, rate: float = 0.0) -> None:
         """Time waits for nobody from now on."""
         self._configure(lockstep=False, rate=rate)
