@@ -1,10 +1,12 @@
 """The local policy: drive to a point near by on a map of what was seen."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float32, Float64
+from scipy import ndimage
 
 from toponav.core.geometry import Pose2, wrap_angle
 from toponav.core.imagenav import (
@@ -19,6 +21,8 @@ from toponav.navigation.nts.local_map import LocalMap, MapConfig, Window
 
 __all__ = ["LocalPolicy", "LocalPolicyConfig"]
 
+_AVOIDED_CELLS = 10
+
 
 @dataclass(frozen=True)
 class LocalPolicyConfig:
@@ -29,6 +33,8 @@ class LocalPolicyConfig:
     """The distance field to a goal that stays is computed again after so many steps."""
     turn_cost_m: float = 0.04
     """A turn is worth this much driving."""
+    frontier_cells: int = 6
+    """Shorter edges of what is known are no ways."""
     moved_share: float = 0.35
     """A step forward that moved less than this share was blocked."""
 
@@ -124,8 +130,28 @@ class LocalPolicy:
         away_m = math.dist(target, (self._pose.x_m, self._pose.y_m))
         return self.distance_m(target) < 4.0 * away_m + 6.0
 
-    def frontier(self) -> tuple[float, float] | None:
-        """The nearest place where known free space borders on what was not seen."""
+    def is_straight(self, target: tuple[float, float]) -> bool:
+        """Whether nothing known stands on the straight line to a point."""
+        away_m = math.dist(target, (self._pose.x_m, self._pose.y_m))
+        for part in np.linspace(0.0, 1.0, 2 + round(away_m / self.map.config.cell_m)):
+            x_m = self._pose.x_m + float(part) * (target[0] - self._pose.x_m)
+            y_m = self._pose.y_m + float(part) * (target[1] - self._pose.y_m)
+            if self.map.evidence[self.map.cell_of(x_m, y_m)] > 0:
+                return False
+        return True
+
+    def is_edge(self, place: tuple[float, float]) -> bool:
+        """Whether there still is something unseen at a place."""
+        row, col = self.map.cell_of(*place)
+        around = self.map.evidence[max(row - 3, 0) : row + 4, max(col - 3, 0) : col + 4]
+        return bool((around == 0).any())
+
+    def frontier(self, avoided: Sequence[tuple[float, float]] = ()) -> tuple[float, float] | None:
+        """The nearest place where known free space borders on what was not seen.
+
+        Args:
+            avoided: Places within half a metre of these do not count.
+        """
         pose = self._pose
         window = self.map.window([(pose.x_m, pose.y_m)])
         here = self.map.times_to(window, [(pose.x_m, pose.y_m)], Pose2(1e6, 1e6, 0.0))
@@ -136,6 +162,17 @@ class LocalPolicy:
         beside[:, :-1] |= window.unknown[:, 1:]
         known = ~window.unknown & (window.clearance_m > IMAGE_NAV_ROBOT_RADIUS_M + 0.05)
         edge = beside & known & np.isfinite(here) & (here > 0.6) & (here < 60.0)
+        for x_m, y_m in avoided:
+            row, col = self.map.cell_of(x_m, y_m)
+            low = max(row - window.row - _AVOIDED_CELLS, 0)
+            left = max(col - window.col - _AVOIDED_CELLS, 0)
+            high = max(row - window.row + _AVOIDED_CELLS + 1, 0)
+            right = max(col - window.col + _AVOIDED_CELLS + 1, 0)
+            edge[low:high, left:right] = False
+        # Slits and the shadows of chair legs are no ways.
+        pieces, count = ndimage.label(edge, np.ones((3, 3)))
+        sizes = np.bincount(pieces.ravel(), minlength=count + 1)
+        edge &= (sizes >= self.config.frontier_cells)[pieces]
         if not edge.any():
             return None
         at = int(np.where(edge, here, np.inf).argmin())
