@@ -9,6 +9,7 @@ does.
 
 import io
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,10 @@ from PIL import Image
 from toponav.data.nts.figure import label_figure
 from toponav.data.nts.labels import labels_of, score_of
 from toponav.data.nts.panoramas import HomePanoramas, open_panoramas
-from toponav.evaluation.benchmarks.nts_scores import measure_nts_scores
-from toponav.evaluation.benchmarks.record import write_benchmark
+from toponav.evaluation.benchmarks.record import Benchmark, write_benchmark
 from toponav.models.checkpoints import load_nts
 from toponav.navigation.nts.perception import Perception
+from toponav.training.nts_scores import measure_nts_scores
 
 IMAGES = Path(__file__).parents[1] / "docs/images"
 KINDS = ("kitchen", "bedroom", "living_room")
@@ -64,6 +65,8 @@ def draw(home: HomePanoramas, path: Path) -> None:
 if __name__ == "__main__":
     folder = Path(sys.argv[1])
     draw(open_panoramas(folder)[0], IMAGES / "nts-scores.png")
-    found = measure_nts_scores(folder)
+    config = open_panoramas(folder)[0].config
+    metrics = measure_nts_scores(folder)
+    found = Benchmark("nts_scores", metrics, asdict(config))
     written = write_benchmark(found, Path(__file__).parent / "results")
     print(f"{dict(found.metrics)}\nwritten: {written}")

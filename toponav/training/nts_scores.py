@@ -8,7 +8,6 @@ from jaxtyping import Float32
 
 from toponav.data.nts.labels import SCORE_LENGTH_M
 from toponav.data.nts.panoramas import open_panoramas
-from toponav.evaluation.benchmarks.record import Benchmark
 from toponav.models.checkpoints import load_nts
 from toponav.models.nts.network import NTSNetwork
 from toponav.training.nts_recipe import samples_of_home
@@ -20,7 +19,7 @@ _LEAST = 1e-3
 _ENCODED_AT_ONCE = 16
 
 
-def measure_nts_scores(folder: Path) -> Benchmark:
+def measure_nts_scores(folder: Path) -> dict[str, float]:
     """Gain and detour of the directions chosen by the networks that ship.
 
     Choices are between at least two explorable directions, for goals in other nodes. The gain is
@@ -44,13 +43,7 @@ def measure_nts_scores(folder: Path) -> Benchmark:
         metrics[f"{name}_detour_m"] = detour_m[2]
         metrics[f"{name}_detour_without_goal_m"] = detour_m[3]
         metrics["choices"] = len(score)
-    settings = {
-        "suite": homes[0].config.suite,
-        "homes": len(homes),
-        "panoramas": len(homes[0]),
-        "seed": homes[0].config.seed,
-    }
-    return Benchmark("nts_scores", metrics, settings)
+    return metrics
 
 
 @torch.inference_mode()
@@ -59,7 +52,7 @@ def _of_home(
 ) -> tuple[Float32[np.ndarray, "choices 4"], Float32[np.ndarray, "choices 4"]]:
     """Score and length of the way by chance, at best, by the network, and by it without goal."""
     images = torch.from_numpy(np.ascontiguousarray(home.images[:, : network.config.channels]))
-    features = torch.cat([network.encode(part) for part in images.split(_ENCODED_AT_ONCE)])
+    features = torch.cat([network.encode(part) for part in torch.split(images, _ENCODED_AT_ONCE)])
     scores, lengths_m = [], []
     for source in range(len(home)):
         open_to = np.flatnonzero(home.explorable[source])
