@@ -1,9 +1,8 @@
 """`toponav train phasenet` and `toponav train behavrnn`: what GraphNav is compared with."""
 
 from pathlib import Path
-from typing import Literal
 
-from toponav.cli._training import open_training_set, print_results, shown
+from toponav.cli._training import AS_PRESET, Schedule, open_training_set, print_results, shown
 from toponav.models.baselines.presets import get_baseline_preset
 from toponav.models.graphnav.presets import PresetName
 from toponav.training.config import default_config
@@ -16,13 +15,7 @@ def phasenet(
     data: tuple[Path, ...],
     out: Path,
     preset: PresetName = "compact",
-    epochs: int | None = None,
-    batch_size: int | None = None,
-    learning_rate: float | None = None,
-    seed: int = 0,
-    threads: int = 1,
-    max_minutes: float | None = None,
-    precision: Literal["auto", "float32", "bfloat16"] = "auto",
+    schedule: Schedule = AS_PRESET,
     json: bool = False,
 ) -> int:
     """Train PhaseNet, which predicts how much of the present behaviour is done.
@@ -36,26 +29,12 @@ def phasenet(
         out: Folder for weights, metrics and the state to resume from; best the one that holds
             the behaviour networks, which the agent drives with.
         preset: Sizes of the network.
-        epochs: Epochs; the preset's number when left out.
-        batch_size: Plan edges a step; the preset's number when left out.
-        learning_rate: Highest learning rate; the preset's when left out.
-        seed: Same seed, data and threads, same weights.
-        threads: CPU threads to use.
-        max_minutes: Train fewer epochs where they would take longer.
-        precision: Number format; `auto` times both.
+        schedule: How long and how fast.
         json: Print results as JSON.
     """
     from toponav.training.recipes import train_phasenet
 
-    config = default_config(preset, "phasenet").with_changes(
-        epochs=epochs,
-        batch_size=batch_size,
-        learning_rate=learning_rate,
-        seed=seed,
-        threads=threads,
-        max_minutes=max_minutes,
-        precision=precision,
-    )
+    config = schedule.applied(default_config(preset, "phasenet"))
     training_set = open_training_set(data)
     with shown(json) as report:
         result = train_phasenet(
@@ -69,13 +48,7 @@ def behavrnn(
     data: tuple[Path, ...],
     out: Path,
     preset: PresetName = "compact",
-    epochs: int | None = None,
-    batch_size: int | None = None,
-    learning_rate: float | None = None,
-    seed: int = 0,
-    threads: int = 1,
-    max_minutes: float | None = None,
-    precision: Literal["auto", "float32", "bfloat16"] = "auto",
+    schedule: Schedule = AS_PRESET,
     json: bool = False,
 ) -> int:
     """Train BehavRNN, which names the behaviour to execute from the plan and the images.
@@ -89,26 +62,12 @@ def behavrnn(
         out: Folder for weights, metrics and the state to resume from; best the one that holds
             the behaviour networks, which the agent drives with.
         preset: Sizes of the network.
-        epochs: Epochs; the preset's number when left out.
-        batch_size: Drives a step; the preset's number when left out.
-        learning_rate: Highest learning rate; the preset's when left out.
-        seed: Same seed, data and threads, same weights.
-        threads: CPU threads to use.
-        max_minutes: Train fewer epochs where they would take longer.
-        precision: Number format; `auto` times both.
+        schedule: How long and how fast.
         json: Print results as JSON.
     """
     from toponav.training.recipes import train_behavrnn
 
-    config = default_config(preset, "behavrnn").with_changes(
-        epochs=epochs,
-        batch_size=batch_size,
-        learning_rate=learning_rate,
-        seed=seed,
-        threads=threads,
-        max_minutes=max_minutes,
-        precision=precision,
-    )
+    config = schedule.applied(default_config(preset, "behavrnn"))
     training_set = open_training_set(data)
     with shown(json) as report:
         result = train_behavrnn(

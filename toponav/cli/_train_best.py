@@ -1,9 +1,8 @@
 """`toponav train best`: the pose and the steering network of preset `best`."""
 
 from pathlib import Path
-from typing import Literal
 
-from toponav.cli._training import print_results, shown
+from toponav.cli._training import AS_PRESET, Schedule, print_results, shown
 from toponav.core.errors import InputError
 from toponav.training.config import default_config
 
@@ -15,12 +14,7 @@ def best(
     data: tuple[Path, ...],
     out: Path,
     pose: Path | None = None,
-    epochs: int | None = None,
-    batch_size: int | None = None,
-    learning_rate: float | None = None,
-    seed: int = 0,
-    threads: int = 1,
-    precision: Literal["auto", "float32", "bfloat16"] = "auto",
+    schedule: Schedule = AS_PRESET,
     json: bool = False,
 ) -> int:
     """Train preset `best`: where the robot is in metres, and how it drives from there.
@@ -36,12 +30,7 @@ def best(
             local maps, 8 kB a frame. Several are learned from as one.
         out: Folder for weights, metrics, beliefs and the state to resume from.
         pose: Take the pose network of this folder in place of training one.
-        epochs: Epochs of each network; the preset's number when left out.
-        batch_size: Samples a step; the preset's number when left out.
-        learning_rate: Highest learning rate; the preset's when left out.
-        seed: Same seed, data and threads, same weights.
-        threads: CPU threads to use.
-        precision: Number format; `auto` times both.
+        schedule: How long and how fast.
         json: Print results as JSON.
     """
     from toponav.models.checkpoints import checkpoint_metadata, load_checkpoint, save_checkpoint
@@ -56,14 +45,7 @@ def best(
                 remedy="record with `toponav collect graphnav`, then run "
                 "`toponav data prepare --preset best`",
             )
-    config = default_config("best", "pose").with_changes(
-        epochs=epochs,
-        batch_size=batch_size,
-        learning_rate=learning_rate,
-        seed=seed,
-        threads=threads,
-        precision=precision,
-    )
+    config = schedule.applied(default_config("best", "pose"))
     preset = best_preset()
     sets = open_metric_data(data, preset)
     results = []

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Literal
 
-from toponav.cli._training import print_results, shown
+from toponav.cli._training import AS_PRESET, Schedule, print_results, shown
 from toponav.models.nts.presets import NTSPresetName, get_nts_preset
 from toponav.training.config import default_config
 
@@ -16,13 +16,7 @@ def nts(
     out: Path,
     preset: NTSPresetName = "compact",
     modality: Literal["rgb", "rgbd", "both"] = "both",
-    epochs: int | None = None,
-    batch_size: int | None = None,
-    learning_rate: float | None = None,
-    seed: int = 0,
-    threads: int = 1,
-    max_minutes: float | None = None,
-    precision: Literal["auto", "float32", "bfloat16"] = "auto",
+    schedule: Schedule = AS_PRESET,
     json: bool = False,
 ) -> int:
     """Train the network that tells nodes, directions and explorable places from panoramas.
@@ -36,27 +30,13 @@ def nts(
         out: Folder for weights, metrics and the state to resume from.
         preset: Sizes of the network.
         modality: Colour, colour and depth, or one network for each.
-        epochs: Epochs a network; the preset's number when left out.
-        batch_size: Panoramas a step; the preset's number when left out.
-        learning_rate: Highest learning rate; the preset's when left out.
-        seed: Same seed, data and threads, same weights.
-        threads: CPU threads to use.
-        max_minutes: Train fewer epochs where they would take longer in all.
-        precision: Number format; `auto` times both.
+        schedule: How long and how fast.
         json: Print results as JSON.
     """
     from toponav.training.nts_recipe import open_samples, train_nts
 
     kinds = {"rgb": (False,), "rgbd": (True,), "both": (True, False)}[modality]
-    config = default_config(preset, "nts").with_changes(
-        epochs=epochs,
-        batch_size=batch_size,
-        learning_rate=learning_rate,
-        seed=seed,
-        threads=threads,
-        max_minutes=None if max_minutes is None else max_minutes / len(kinds),
-        precision=precision,
-    )
+    config = schedule.applied(default_config(preset, "nts"), len(kinds))
     results = []
     with shown(json) as report:
         for depth in kinds:

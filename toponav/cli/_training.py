@@ -3,17 +3,52 @@
 import json as json_module
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
 
 from toponav.core.errors import InputError
 
 if TYPE_CHECKING:
+    from toponav.training.config import TrainingConfig
     from toponav.training.loop import Report, TrainingResult
     from toponav.training.samples import TrainingData
 
-__all__ = ["open_training_set", "print_results", "shown"]
+__all__ = ["AS_PRESET", "Schedule", "ScheduleFlags", "open_training_set", "print_results", "shown"]
+
+
+@dataclass(frozen=True)
+class ScheduleFlags:
+    """What may be changed of how a preset is trained."""
+
+    epochs: int | None = None
+    """Epochs a network; the preset's number when left out."""
+    batch_size: int | None = None
+    """Samples a step; the preset's number when left out."""
+    learning_rate: float | None = None
+    """Highest learning rate; the preset's when left out."""
+    seed: int = 0
+    """Same seed, data and threads, same weights."""
+    threads: int = 1
+    """CPU threads to use."""
+    max_minutes: float | None = None
+    """Train fewer epochs where they would take longer in all."""
+    precision: Literal["auto", "float32", "bfloat16"] = "auto"
+    """Number format; `auto` times both."""
+
+    def applied(self, config: "TrainingConfig", networks: int = 1) -> "TrainingConfig":
+        """A preset's configuration with these changes, for one of several networks."""
+        minutes = None if self.max_minutes is None else self.max_minutes / networks
+        return config.with_changes(**{**asdict(self), "max_minutes": minutes})
+
+
+Schedule = Annotated[ScheduleFlags, tyro.conf.OmitArgPrefixes]
+"""The same flags of every training command."""
+
+AS_PRESET = ScheduleFlags()
+"""No changes."""
 
 
 def open_training_set(directories: Sequence[Path]) -> "TrainingData":

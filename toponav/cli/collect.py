@@ -16,10 +16,13 @@ __all__ = ["collect_graphnav", "register"]
 
 def register() -> dict[tuple[str, ...], Callable[..., Any]]:
     """The commands of this module."""
+    from toponav.cli._collect_imitation import collect_imitation
+
     return {
         ("collect", "graphnav"): collect_graphnav,
         ("collect", "dagger"): collect_dagger,
         ("collect", "nts"): collect_nts,
+        ("collect", "imitation"): collect_imitation,
     }
 
 
@@ -28,6 +31,7 @@ def collect_graphnav(
     out: Path,
     episodes: int,
     workers: int = 1,
+    engine: Literal["local", "ray"] = "local",
     seed: int = 0,
     buildings: tuple[str, ...] = ("offices-train",),
     episodes_per_building: int = 10,
@@ -56,6 +60,7 @@ def collect_graphnav(
         out: Folder of the dataset.
         episodes: How many drives, from one random room to another.
         workers: Processes.
+        engine: Where they run: on this machine, or on a Ray cluster whose machines share `--out`.
         seed: Seed of the dataset.
         buildings: offices-train, offices-val, offices-test, or yaml files of areas and folders
             of saved scenes with a map.topo.json.
@@ -91,7 +96,7 @@ def collect_graphnav(
         camera=PinholeCamera(width=width, height=height),
         images=tuple(name for name, is_on in extra if is_on),
     )
-    _record(out, config, None, workers, annotate=not no_annotate, json=json)
+    _record(out, config, None, workers, engine=engine, annotate=not no_annotate, json=json)
     return 0
 
 
@@ -153,6 +158,7 @@ def collect_nts(
     homes: int = 68,
     panoramas: int = 300,
     workers: int = 1,
+    engine: Literal["local", "ray"] = "local",
     seed: int = 0,
     suite: Literal["homes-train", "homes-val", "homes-test"] = "homes-train",
     height: int = 128,
@@ -172,6 +178,7 @@ def collect_nts(
         homes: How many homes of the suite, from the first.
         panoramas: Panoramas in each home.
         workers: Processes.
+        engine: Where they run: on this machine, or on a Ray cluster whose machines share `--out`.
         seed: Seed of where panoramas are taken.
         suite: Suite of homes.
         height: Rows of the images.
@@ -186,7 +193,11 @@ def collect_nts(
     config = PanoramaConfig(suite, homes, panoramas, height, width, seed)
     with progress("homes") as update:
         collected = collect_panoramas(
-            out, config, workers=workers, on_progress=lambda done: update(done, homes)
+            out,
+            config,
+            workers=workers,
+            engine=engine,
+            on_progress=lambda done: update(done, homes),
         )
     labels = []
     with progress("labels") as update:
@@ -222,6 +233,7 @@ def _record(
     driver: "DriverFactory | None",
     workers: int,
     *,
+    engine: Literal["local", "ray"] = "local",
     annotate: bool,
     json: bool,
 ) -> None:
@@ -235,6 +247,7 @@ def _record(
             out,
             config,
             workers=workers,
+            engine=engine,
             driver=driver,
             annotate=annotate,
             on_progress=lambda done: update(done, config.episodes),

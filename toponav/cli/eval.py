@@ -32,6 +32,7 @@ def eval_graphnav(
     episodes: int | None = None,
     seed: int = 0,
     workers: int = 1,
+    engine: Literal["local", "ray"] = "local",
     weights: str | None = None,
     collisions: Literal["fail", "stuck"] = "fail",
     no_expert: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
@@ -71,6 +72,7 @@ def eval_graphnav(
         episodes: How many: the first pairs, or sampled plans. All pairs, or 20, if left out.
         seed: Seed of sampled plans and of the agents.
         workers: Processes. Results do not depend on it.
+        engine: Where they run: on this machine, or on a Ray cluster.
         weights: Folder of other weights, or a preset. What ships, if left out.
         collisions: The rule on contact behind the headline numbers; every run is judged by both.
             `fail`: any contact fails. `stuck`: the reference code's softer rule.
@@ -96,6 +98,7 @@ def eval_graphnav(
         out=out,
         settings=RunSettings(weights=weights, rules=JudgeRules(collisions=collisions), seed=seed),
         workers=workers,
+        engine=engine,
     )
     return _evaluate_and_print(config, json)
 

@@ -9,8 +9,9 @@ import tyro
 
 from toponav.cli._train_baselines import behavrnn, phasenet
 from toponav.cli._train_best import best
+from toponav.cli._train_image_goals import il, metric_rl, target_rl
 from toponav.cli._train_nts import nts
-from toponav.cli._training import open_training_set, print_results, shown
+from toponav.cli._training import AS_PRESET, Schedule, open_training_set, print_results, shown
 from toponav.core.vocabulary import Behavior
 from toponav.models.graphnav.presets import PresetName, get_preset
 from toponav.training.config import Recipe, TrainingConfig, default_config
@@ -27,6 +28,9 @@ def register() -> dict[tuple[str, ...], Callable[..., int]]:
         ("train", "behavrnn"): behavrnn,
         ("train", "best"): best,
         ("train", "nts"): nts,
+        ("train", "il"): il,
+        ("train", "target_rl"): target_rl,
+        ("train", "metric_rl"): metric_rl,
         ("train", "all"): everything,
         ("train", "release"): release,
     }
@@ -38,13 +42,7 @@ def behaviors(
     out: Path,
     preset: PresetName = "compact",
     behavior: Annotated[tuple[Behavior, ...], tyro.conf.EnumChoicesFromValues] = (),
-    epochs: int | None = None,
-    batch_size: int | None = None,
-    learning_rate: float | None = None,
-    seed: int = 0,
-    threads: int = 1,
-    max_minutes: float | None = None,
-    precision: Literal["auto", "float32", "bfloat16"] = "auto",
+    schedule: Schedule = AS_PRESET,
     json: bool = False,
 ) -> int:
     """Train the behaviour networks: all five, or those named.
@@ -58,26 +56,12 @@ def behaviors(
         out: Folder for weights, metrics and the state to resume from.
         preset: Sizes of the networks.
         behavior: Behaviours to train; all when left out.
-        epochs: Epochs a network; the preset's number when left out.
-        batch_size: Samples a step; the preset's number when left out.
-        learning_rate: Highest learning rate; the preset's when left out.
-        seed: Same seed, data and threads, same weights.
-        threads: CPU threads to use.
-        max_minutes: Train fewer epochs where they would take longer in all.
-        precision: Number format; `auto` times both.
+        schedule: How long and how fast.
         json: Print results as JSON.
     """
     from toponav.training.recipes import train_behaviors
 
-    config = default_config(preset, "behaviors").with_changes(
-        epochs=epochs,
-        batch_size=batch_size,
-        learning_rate=learning_rate,
-        seed=seed,
-        threads=threads,
-        max_minutes=max_minutes,
-        precision=precision,
-    )
+    config = schedule.applied(default_config(preset, "behaviors"))
     training_set = open_training_set(data)
     with shown(json) as report:
         results = train_behaviors(
@@ -96,13 +80,7 @@ def localization(
     data: tuple[Path, ...],
     out: Path,
     preset: PresetName = "compact",
-    epochs: int | None = None,
-    batch_size: int | None = None,
-    learning_rate: float | None = None,
-    seed: int = 0,
-    threads: int = 1,
-    max_minutes: float | None = None,
-    precision: Literal["auto", "float32", "bfloat16"] = "auto",
+    schedule: Schedule = AS_PRESET,
     json: bool = False,
 ) -> int:
     """Train the graph localization network.
@@ -115,26 +93,12 @@ def localization(
         data: Caches written by `toponav data prepare`; several are learned from as one.
         out: Folder for weights, metrics and the state to resume from.
         preset: Sizes of the network.
-        epochs: Epochs; the preset's number when left out.
-        batch_size: Samples a step; the preset's number when left out.
-        learning_rate: Highest learning rate; the preset's when left out.
-        seed: Same seed, data and threads, same weights.
-        threads: CPU threads to use.
-        max_minutes: Train fewer epochs where they would take longer.
-        precision: Number format; `auto` times both.
+        schedule: How long and how fast.
         json: Print results as JSON.
     """
     from toponav.training.recipes import train_localization
 
-    config = default_config(preset, "localization").with_changes(
-        epochs=epochs,
-        batch_size=batch_size,
-        learning_rate=learning_rate,
-        seed=seed,
-        threads=threads,
-        max_minutes=max_minutes,
-        precision=precision,
-    )
+    config = schedule.applied(default_config(preset, "localization"))
     training_set = open_training_set(data)
     with shown(json) as report:
         result = train_localization(training_set, get_preset(preset), config, out, report=report)

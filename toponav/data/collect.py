@@ -50,8 +50,9 @@ from toponav.data.driving import (
     drive,
     sample_start,
 )
+from toponav.data.engine import Engine, run_tasks
 from toponav.data.noise import NoiseConfig
-from toponav.data.parallel import check_workers, run_parallel
+from toponav.data.parallel import check_workers
 from toponav.data.recording import ExtraImage, TrajectoryMetadata
 from toponav.data.storage import StoredTrajectory, TrajectoryWriter
 from toponav.maps.task import NavigationTask
@@ -133,6 +134,7 @@ def collect(
     config: CollectConfig,
     *,
     workers: int = 1,
+    engine: Engine = "local",
     driver: DriverFactory | None = None,
     annotate: bool = True,
     on_progress: Callable[[int], None] | None = None,
@@ -146,6 +148,7 @@ def collect(
         out: The dataset's folder; made where it is missing.
         config: What to collect.
         workers: Processes.
+        engine: Where they run; on a cluster all machines must see the folder.
         driver: Makes who drives; the expert with noise when None.
         annotate: Whether to write `annotations.parquet` too.
         on_progress: Told how many trajectories are there, about twice a second.
@@ -157,7 +160,8 @@ def collect(
     Example:
         >>> collect(Path("data/train"), CollectConfig(episodes=1000), workers=8)  # doctest: +SKIP
     """
-    check_workers(workers)
+    if engine == "local":
+        check_workers(workers)
     check_out_folder(out)
     factory = driver or NoisyExpertFactory(config.noise)
     resolve_buildings(config.buildings, config.seed)
@@ -181,7 +185,7 @@ def collect(
         poll(0)
         record = functools.partial(_record_chunk, out, config, factory)
         try:
-            run_parallel(record, chunks, workers, poll)
+            run_tasks(record, chunks, workers, engine=engine, on_poll=poll)
         finally:
             _site.cache_clear()
         return finish_dataset(out, before, workers=workers, annotate=annotate)

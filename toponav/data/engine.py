@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, TypeVar
 
-from toponav.core.errors import InputError
 from toponav.data.parallel import run_parallel
 
 __all__ = ["Engine", "run_tasks"]
@@ -46,9 +45,5 @@ def run_tasks(
         from toponav.data.ray_engine import run_on_ray
 
         run_on_ray(function, tasks, workers, deliver, on_poll)
-    elif engine == "local":
-        run_parallel(function, tasks, workers, on_poll, on_result=deliver)
     else:
-        raise InputError(
-            f"no engine is called '{engine}'", where="--engine", remedy="choose local or ray"
-        )
+        run_parallel(function, tasks, workers, on_poll, on_result=deliver)

@@ -95,6 +95,8 @@ def _cluster(workers: int) -> Iterator[Any]:
     if ray.is_initialized():
         yield ray
         return
+    # Nothing is told to anyone unless its user has asked for it.
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     settings: dict[str, Any] = {"log_to_driver": False, "logging_level": "error"}
     if not os.environ.get("RAY_ADDRESS"):
         settings |= {"num_cpus": workers, "include_dashboard": False}

@@ -12,12 +12,13 @@ from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
 from toponav.core.errors import InputError
 from toponav.core.files import check_out_folder
+from toponav.data.engine import Engine, run_tasks
 from toponav.data.parallel import check_workers
 from toponav.evaluation.agents import AgentChoice
 from toponav.evaluation.metrics import suite_results
@@ -61,6 +62,8 @@ class EvaluationConfig:
     """What the episodes depend on besides."""
     workers: int = 1
     """Processes; results do not depend on it."""
+    engine: Engine = "local"
+    """Where they run; nor on this."""
 
     def __post_init__(self) -> None:
         if not self.agents:
@@ -77,7 +80,8 @@ class EvaluationConfig:
                 where="--agent",
                 remedy="tell them apart with ,label=NAME",
             )
-        check_workers(self.workers)
+        if self.engine == "local":
+            check_workers(self.workers)
         check_out_folder(self.out)
 
     @cached_property
@@ -138,6 +142,9 @@ def evaluate(config: EvaluationConfig, progress: Progress | None = None) -> Eval
     _write_run(config, worker)
     report = progress or (lambda count, total: None)
     report(len(done), len(jobs))
+    if config.engine == "ray":
+        _run_on_cluster(config, pending, keys, lambda count: report(len(done) + count, len(jobs)))
+        return _finish(config, worker, jobs, keys, len(done))
     for count, _ in enumerate(_run_jobs(config, worker, pending, keys), start=len(done) + 1):
         report(count, len(jobs))
     return _finish(config, worker, jobs, keys, len(done))
@@ -177,6 +184,38 @@ def _run_jobs(
             yield job
         return
     yield from _run_in_pool(config, jobs, keys)
+
+
+_Task = tuple[SuiteSource, RunSettings, tuple[AgentChoice, ...], _Job, str]
+
+
+def _run_on_cluster(
+    config: EvaluationConfig,
+    jobs: Sequence[_Job],
+    keys: dict[_Job, str],
+    report: Callable[[int], None],
+) -> None:
+    run_tasks(
+        _run_task,
+        [(config.source, config.settings, config.choices, job, keys[job]) for job in jobs],
+        config.workers,
+        engine=config.engine,
+        on_result=lambda task, stored: save_episode(_part(config.out, task[3]), stored),
+        on_poll=report,
+    )
+
+
+def _run_task(task: _Task) -> StoredEpisode:
+    source, settings, choices, job, key = task
+    use_one_thread()
+    return StoredEpisode(_kept_worker(source, settings, choices).run(*job), key, source_commit())
+
+
+@lru_cache(maxsize=1)
+def _kept_worker(
+    source: SuiteSource, settings: RunSettings, choices: tuple[AgentChoice, ...]
+) -> EpisodeWorker:
+    return EpisodeWorker(load_suite(source), settings, choices)
 
 
 def _run_in_pool(

@@ -30,8 +30,8 @@ from toponav.core.files import (
 from toponav.core.geometry import Pose2
 from toponav.core.imagenav import PANORAMA_SHAPE
 from toponav.core.typed_json import from_json
+from toponav.data.engine import Engine, run_tasks
 from toponav.data.nts.ground import CAMERA_HEIGHT_M, Ground
-from toponav.data.parallel import run_parallel
 from toponav.sim.render import make_renderer
 from toponav.worlds.generate.suites import suite, suite_scene
 
@@ -145,6 +145,7 @@ def collect_panoramas(
     config: PanoramaConfig = PanoramaConfig(),
     *,
     workers: int = 1,
+    engine: Engine = "local",
     on_progress: Callable[[int], None] | None = None,
 ) -> list[HomePanoramas]:
     """Take what is missing; the homes in order.
@@ -153,6 +154,7 @@ def collect_panoramas(
         out: Folder of the collection.
         config: What to collect.
         workers: Processes.
+        engine: Where they run; on a cluster all machines must see the folder.
         on_progress: Told how many homes are done.
 
     Raises:
@@ -171,7 +173,7 @@ def collect_panoramas(
             )
     write_atomically(manifest, json.dumps(dataclasses.asdict(config), indent=1) + "\n")
     tasks = [(out, config, seed) for seed in suite(config.suite).seeds[: config.homes]]
-    run_parallel(_collect_home, tasks, workers, on_progress)
+    run_tasks(_collect_home, tasks, workers, engine=engine, on_poll=on_progress)
     return open_panoramas(out)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import torch
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Shaped
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -157,9 +157,9 @@ class ImageGoalTrunk(nn.Module):
         )
 
     def encode(
-        self, images: UInt8[Tensor, "batch channels rows cols"]
+        self, images: Shaped[Tensor, "batch channels rows cols"]
     ) -> Float[Tensor, "batch features azimuths"]:
-        """Features of panoramas; those of a goal can be kept."""
+        """Features of panoramas, 0 to 255; those of a goal can be kept."""
         found: Tensor = self.encoder((images.float() - 110.0) / 64.0)
         return found
 

@@ -118,8 +118,8 @@ class ImitationTask:
             sums += [float(x.sum()) for x in (right & there, there, right & stops, stops)]
         found: dict[str, int | float] = {
             "val_loss": total / batches,
-            "accuracy": sums[0] / sums[1],
-            "stop_recall": sums[2] / max(sums[3], 1.0),
+            "accuracy": float(sums[0] / sums[1]),
+            "stop_recall": float(sums[2] / max(sums[3], 1.0)),
         }
         if self._closed_loop is not None:
             assert isinstance(model, ImageGoalNetwork)
@@ -144,7 +144,7 @@ class ImitationTask:
         *,
         mirror: bool,
     ) -> SequenceBatch:
-        parts = [self._part(homes[home], first, end, rng) for home, first, end in drives]
+        parts = [self._part(homes[home], first, end, rng) for home, first, end in drives.tolist()]
         longest = max(len(part["action"]) for part in parts)
         joined = {
             name: np.stack([_padded(part[name], longest) for part in parts], axis=1)

@@ -18,7 +18,7 @@ from toponav.core.errors import InputError
 from toponav.core.imagenav import Action
 from toponav.models.baselines.image_goal_presets import ImageGoalConfig
 from toponav.training.image_goals.homes import HomeShelf
-from toponav.training.image_goals.rollouts import Robots, RolloutSettings, observation_space
+from toponav.training.image_goals.rollouts import Robots, RolloutSettings, input_spaces
 
 __all__ = ["RobotProcesses"]
 
@@ -48,14 +48,13 @@ class RobotProcesses(VecEnv):
         reward_scale: float = 1.0,
         shelf: HomeShelf | None = None,
     ) -> None:
-        space = observation_space(config)
+        spaces = input_spaces(config)
+        space = gymnasium.spaces.Dict(dict(spaces))
         super().__init__(robots, space, gymnasium.spaces.Discrete(len(Action)))
         self._segment, self._far_m = 0, 10.0
         self._reward_scale = reward_scale
         shapes: _Shapes = {
-            name: ((robots, *one.shape), str(one.dtype))
-            for name, one in space.spaces.items()
-            if one.shape is not None
+            name: ((robots, *one.shape), str(one.dtype)) for name, one in spaces.items()
         }
         context = multiprocessing.get_context("spawn")
         memory = {

@@ -18,7 +18,7 @@ from toponav.navigation.baselines.senses import Senses
 from toponav.sim.imagenav_env import ImageNavEnv
 from toponav.training.image_goals.homes import HomeShelf, Route, camera_of, observation_of
 
-__all__ = ["Robots", "RolloutSettings", "observation_space"]
+__all__ = ["Robots", "RolloutSettings", "input_spaces"]
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,10 @@ class RolloutSettings:
         )
 
 
-def observation_space(config: ImageGoalConfig) -> gymnasium.spaces.Dict:
-    """What a network is given in a step."""
+def input_spaces(config: ImageGoalConfig) -> dict[str, gymnasium.spaces.Box]:
+    """What a network is given in a step, by name."""
     picture = gymnasium.spaces.Box(0, 255, (config.channels, config.rows, config.cols), np.uint8)
-    spaces: dict[str, gymnasium.Space[Any]] = {
+    spaces = {
         "image": picture,
         "goal": picture,
         "sensors": gymnasium.spaces.Box(0.0, 1.0, (SENSORS,), np.float32),
@@ -61,7 +61,7 @@ def observation_space(config: ImageGoalConfig) -> gymnasium.spaces.Dict:
     if config.metric_map:
         shape = (MAP_CHANNELS, MAP_CELLS, MAP_CELLS)
         spaces["map"] = gymnasium.spaces.Box(0, 255, shape, np.uint8)
-    return gymnasium.spaces.Dict(spaces)
+    return spaces
 
 
 class Robots:

@@ -1,0 +1,134 @@
+"""Demonstrations of the expert, and learning from them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from toponav.core.errors import InputError
+from toponav.core.imagenav import Action
+from toponav.models.baselines.image_goal import ImageGoalNetwork
+from toponav.models.baselines.image_goal_presets import SENSORS, image_goal_preset
+from toponav.models.checkpoints import save_checkpoint
+from toponav.training.config import default_config
+from toponav.training.image_goals.demonstrations import (
+    DemonstrationConfig,
+    HomeDrives,
+    collect_demonstrations,
+    open_demonstrations,
+)
+from toponav.training.image_goals.imitation_recipe import train_imitation
+from toponav.training.image_goals.imitation_task import ImitationTask, _mirror
+
+CONFIG = DemonstrationConfig(homes=1, episodes=2, far_m=3.0, max_steps=60)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("drives")
+    collect_demonstrations(out, CONFIG)
+    return out
+
+
+def test_drives_end_at_their_goals_with_a_stop(folder: Path) -> None:
+    (home,) = open_demonstrations([folder])
+    assert home.reached == 2
+    last = np.flatnonzero(np.diff(home.episode, append=-1))
+    assert [Action(int(action)) for action in home.action[last]] == [Action.STOP] * 2
+    assert (home.action == Action.STOP).sum() == 2
+    # What is felt is what was done before.
+    done = home.sensors[1 : last[0] + 1, :4].argmax(1)
+    assert done.tolist() == home.action[: last[0]].tolist()
+    assert not home.sensors[0].any()
+
+
+def test_a_collection_is_not_driven_again(folder: Path) -> None:
+    written = {path: path.stat().st_mtime_ns for path in folder.glob("*/*.npy")}
+    collect_demonstrations(folder, CONFIG)
+    assert {path: path.stat().st_mtime_ns for path in folder.glob("*/*.npy")} == written
+
+
+def test_another_collection_does_not_go_into_the_folder(folder: Path) -> None:
+    with pytest.raises(InputError, match="another collection"):
+        collect_demonstrations(folder, DemonstrationConfig(homes=1, episodes=3))
+
+
+def test_a_learner_drives_where_the_expert_says_what_to_do(tmp_path: Path) -> None:
+    torch.manual_seed(0)
+    network = ImageGoalNetwork(image_goal_preset("il", "compact", depth=True))
+    save_checkpoint(network, tmp_path / "il_rgbd")
+    config = DemonstrationConfig(
+        homes=1, episodes=1, far_m=3.0, max_steps=40, learner=str(tmp_path), expert_share=0.0
+    )
+    (home,) = collect_demonstrations(tmp_path / "round", config)
+    done = home.sensors[1:, :4].argmax(1)
+    assert (done != home.action[:-1]).any()
+    assert not (done == Action.STOP).any()
+
+
+def drives(steps: int = 12) -> HomeDrives:
+    """Turn left until the goal is ahead, which a mark of the picture shows, then stop."""
+    rng = np.random.default_rng(0)
+    image = np.zeros((2 * steps, 4, 32, 96), np.uint8)
+    action = np.full(2 * steps, int(Action.LEFT), np.int8)
+    for k in range(2 * steps):
+        left = k % steps == steps - 1
+        image[k] = rng.integers(0, 20, (4, 32, 96))
+        if left:
+            image[k, 0], action[k] = 250, int(Action.STOP)
+    return HomeDrives(
+        image,
+        rng.integers(0, 255, (2, 4, 32, 96), np.uint8),
+        np.zeros((2 * steps, SENSORS), np.float32),
+        action,
+        np.repeat(np.arange(2, dtype=np.int32), steps),
+        2,
+        "made-up",
+    )
+
+
+def test_mirrored_drives_turn_the_other_way() -> None:
+    rng = np.random.default_rng(1)
+    batch = {
+        "image": rng.integers(0, 255, (3, 1, 4, 32, 96), np.uint8),
+        "goal": rng.integers(0, 255, (1, 4, 32, 96), np.uint8),
+        "sensors": rng.random((3, 1, SENSORS), np.float32),
+        "action": np.array([[1], [2], [3]]),
+    }
+    once = dict(batch)
+    _mirror(once)
+    assert once["action"].tolist() == [[1], [3], [2]]
+    assert np.array_equal(once["sensors"][..., 2], batch["sensors"][..., 3])
+    # The four columns that become the direction ahead stay ahead.
+    assert np.array_equal(once["image"][..., :4], batch["image"][..., 3::-1])
+    _mirror(once)
+    assert all(np.array_equal(once[name], batch[name]) for name in batch)
+
+
+def test_a_policy_learns_what_it_is_shown() -> None:
+    torch.manual_seed(0)
+    config = default_config("compact", "il").with_changes(
+        batch_size=2, sequence_steps=8, mirror=False
+    )
+    network = ImageGoalNetwork(image_goal_preset("il", "compact", depth=False))
+    task = ImitationTask(network, [drives()], [], config)
+    optimizer = torch.optim.Adam(network.parameters(), 2e-3)
+    assert task.samples == 2
+    for batch in task.batches(np.random.default_rng(0), 25):
+        assert len(batch.action) <= 8
+        optimizer.zero_grad()
+        task.loss(network, batch).backward()  # type: ignore[no-untyped-call]
+        optimizer.step()
+    found = task.evaluate(network)
+    assert found["accuracy"] > 0.95
+    assert found["stop_recall"] == 1.0
+
+
+def test_the_recipe_writes_weights_and_what_they_saw(folder: Path, tmp_path: Path) -> None:
+    config = default_config("compact", "il").with_changes(epochs=1, batch_size=2)
+    sizes = image_goal_preset("il", "compact", depth=True)
+    result = train_imitation([folder], [], sizes, "compact", config, tmp_path)
+    assert result.checkpoint == tmp_path / "il_rgbd.safetensors"
+    assert result.checkpoint.is_file()
+    assert 0.0 <= result.metrics["accuracy"] <= 1.0
