@@ -23,6 +23,7 @@ def script(name: str) -> ModuleType:
 
 ABLATIONS = script("graphnav_ablations")
 AREAS = script("graphnav_areas")
+IMAGE_NAV = script("imagenav")
 
 
 def write(path: Path, content: Any) -> Path:
@@ -90,3 +91,25 @@ def test_chosen_weights_keep_the_plain_name() -> None:
     assert AREAS.chosen("gtl", "runs/best", None) == "gtl,weights=runs/best,label=gtl"
     assert AREAS.chosen("phasenet", "runs/best", "b") == "phasenet,weights=b,label=phasenet"
     assert AREAS.chosen("expert", "runs/best", "b") == "expert"
+
+
+def test_stored_runs_of_image_goals_share_what_is_finished_and_make_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = IMAGE_NAV.Run(("shortest_path", "random"), 1, levels=("easy",))
+    alone = IMAGE_NAV.Run(("random",), 1, levels=("easy",))
+    monkeypatch.setattr(IMAGE_NAV, "RUNS", {"both": run, "alone": alone})
+    words = ["--suite", "homes-val", "--workers", "1", "--out", str(tmp_path / "out")]
+    words += ["--runs", str(tmp_path / "runs")]
+    assert IMAGE_NAV.main(words) == 0
+    assert len(list((tmp_path / "runs").rglob("easy-0000.parquet"))) == 2
+    for name, agents in {"both": {"shortest_path", "random"}, "alone": {"random"}}.items():
+        folder = tmp_path / "out" / name
+        assert json.loads((folder / "results.json").read_text())["agents"].keys() == agents
+        assert json.loads((folder / "run.json").read_text())["hardware"]["cores"] >= 1
+        failures = json.loads((folder / "failures.json").read_text())
+        assert sum(failures["random"].values()) == 1
+        assert (folder / "episodes.parquet").exists()
+    table = (tmp_path / "out" / "tables.md").read_text()
+    assert "Shortest path" in table
+    assert IMAGE_NAV.main(["nonsense"]) == 2
