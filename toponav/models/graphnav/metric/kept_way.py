@@ -24,8 +24,8 @@ ALIGNMENT_RAD: Final = 0.2 * math.pi
 """A node counts when one of its edges is within this of the robot's heading (36 degrees)."""
 _SPACING_M: Final = 0.2
 _MARGIN_M: Final = 0.35
-_OFFSETS_M: Final = np.arange(-12, 13) * 0.05
-_STIFFNESS: Final = 12.0
+_OFFSETS_M: Final = np.arange(-16, 17) * 0.05
+_REACH_M: Final = 5.0
 _CORNER_RAD: Final = math.radians(25.0)
 
 
@@ -73,21 +73,22 @@ def kept_way(topological_map: TopologicalMap, plan: Plan, *, bent: bool = True) 
     points = node_xy[ends[:, 0]] + share[:, None] * (node_xy[ends[:, 1]] - node_xy[ends[:, 0]])
     along = node_xy[path[1:]] - node_xy[path[:-1]]
     yaws = np.arctan2(along[:, 1], along[:, 0])
-    forward = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)[edge]
+    before = np.concatenate([yaws[:1], yaws[edge[:-1]]])
     offsets = kernels.bend(
         points,
-        forward,
+        before,
         _is_free(topological_map, plan, yaws, share, edge, stop),
+        np.concatenate([[1.0], np.maximum(np.linalg.norm(np.diff(points, axis=0), axis=1), 1e-3)]),
         _OFFSETS_M,
         _MARGIN_M,
-        _STIFFNESS,
+        _REACH_M,
         node_xy,
         np.array([node.size for node in topological_map.nodes]),
         np.array([node.id in plan for node in topological_map.nodes]),
         *_headings(topological_map),
         math.cos(ALIGNMENT_RAD),
     )
-    shift = offsets[:, None] * np.stack([-forward[:, 1], forward[:, 0]], axis=1)
+    shift = offsets[:, None] * np.stack([-np.sin(before), np.cos(before)], axis=1)
     return _without_idle_points(KeptWay(ends, share, shift, edge, stop))
 
 
