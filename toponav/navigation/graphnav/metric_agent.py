@@ -20,13 +20,15 @@ from toponav.models.graphnav.preprocess import frame_reducer
 from toponav.navigation.graphnav.avoidance import AvoidanceConfig, CollisionAvoidance
 from toponav.navigation.graphnav.depth_guard import DepthGuard
 from toponav.navigation.graphnav.hypotheses import HypothesesConfig, PoseHypotheses
-from toponav.navigation.graphnav.node_belief import NodeBelief
+from toponav.navigation.graphnav.node_belief import NodeBelief, doorsteps_m
+from toponav.navigation.graphnav.plan_keeping import PlanKeeping, PlanKeepingConfig
 
 __all__ = ["MetricGraphNavAgent", "load_metric_agent"]
 
 _STOP: Final = Velocity(0.0, 0.0)
 _AVOIDANCE: Final = AvoidanceConfig()
 _HYPOTHESES: Final = HypothesesConfig()
+_KEEPING: Final = PlanKeepingConfig()
 _BACK_M, _AHEAD_M, _NEAR_M = 1.0, 2.5, 1.0
 _SURE_STD: Final = np.array([0.06, 0.05, 0.03])
 
@@ -48,6 +50,7 @@ class MetricGraphNavAgent:
         avoidance: How far to stay from obstacles; None drives as the network says.
         hypotheses: Where in the first room the robot may be; None begins with a single filter
             at the room's node.
+        keeping: How commands are bent towards the plan's own nodes; None leaves them.
     """
 
     def __init__(
@@ -58,9 +61,11 @@ class MetricGraphNavAgent:
         filter_config: PoseFilterConfig | None,
         avoidance: AvoidanceConfig | None = _AVOIDANCE,
         hypotheses: HypothesesConfig | None = _HYPOTHESES,
+        keeping: PlanKeepingConfig | None = _KEEPING,
     ) -> None:
         self._pose_network, self._steering = pose_network.eval(), steering.eval()
         self._filter_config = filter_config
+        self._keeping_config, self._keeping = keeping, None
         self._hypotheses_config = None if filter_config is None else hypotheses
         config = steering.config
         self._reduce = frame_reducer(camera, config)
@@ -83,6 +88,10 @@ class MetricGraphNavAgent:
         self._task = task
         self._arrays = MapArrays.of(task.map, task.plan)
         self._nodes = NodeBelief(task)
+        if self._keeping_config is not None:
+            self._keeping = PlanKeeping(
+                task, self._arrays, doorsteps_m(task), self._keeping_config
+            )
         start = task.map.node(task.plan.nodes[0])
         yaw_rad = task.map.edge(task.plan.edges[0]).yaw_rad
         self._filter = PoseFilter(np.array([[start.x_m, start.y_m, yaw_rad]]), self._filter_config)
@@ -205,6 +214,9 @@ class MetricGraphNavAgent:
         if not (math.isfinite(speed) and math.isfinite(turn)):
             return self._stop("the steering network gave a velocity that is not finite")
         command = config.limits.clip(Velocity(speed, turn))
+        if self._keeping is not None:
+            last_turn = float(self._commands[1, 1])
+            command = self._keeping.checked(command, last_turn, believed, self.std_in_robot, at)
         if self._avoidance is not None:
             drift_m = config.odometry.step(np.zeros(2), self._commands[1])[0]
             command = config.limits.clip(self._avoidance.checked(command, float(drift_m)))

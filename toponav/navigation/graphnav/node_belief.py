@@ -12,7 +12,7 @@ from toponav.maps.task import NavigationTask
 from toponav.models.graphnav.metric.kept_way import ALIGNMENT_RAD
 from toponav.models.graphnav.metric.map_picture import MapArrays
 
-__all__ = ["NodeBelief"]
+__all__ = ["NodeBelief", "doorsteps_m"]
 
 _DOORSTEP_M: Final = 0.3
 _POINTS: Final = 32
@@ -46,7 +46,7 @@ class NodeBelief:
         self._yaws = np.array(yaws)
         self._points = np.random.default_rng(0).normal(size=(_POINTS, 3))
         self._points[0] = 0.0
-        self._leaves_m, self._enters_m = _doorsteps(task)
+        self._leaves_m, self._enters_m = doorsteps_m(task)
         self._last_edge = task.plan.edges[0] if task.plan.edges else None
 
     def belief(
@@ -131,7 +131,7 @@ class NodeBelief:
         return np.asarray(np.where(found, nearest, -1))
 
 
-def _doorsteps(task: NavigationTask) -> tuple[float, float]:
+def doorsteps_m(task: NavigationTask) -> tuple[float, float]:
     """Metres of the plan at which it has left its first room, and enters its last."""
     plan, topological_map = task.plan, task.map
     stops_m = MapArrays.of(topological_map, plan).stops_m()

@@ -18,7 +18,7 @@ from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap
 from toponav.models.graphnav.metric import way_kernels as kernels
 
-__all__ = ["ALIGNMENT_RAD", "KeptWay", "kept_way"]
+__all__ = ["ALIGNMENT_RAD", "KeptWay", "kept_way", "node_headings"]
 
 ALIGNMENT_RAD: Final = 0.2 * math.pi
 """A node counts when one of its edges is within this of the robot's heading (36 degrees)."""
@@ -85,7 +85,7 @@ def kept_way(topological_map: TopologicalMap, plan: Plan, *, bent: bool = True) 
         node_xy,
         np.array([node.size for node in topological_map.nodes]),
         np.array([node.id in plan for node in topological_map.nodes]),
-        *_headings(topological_map),
+        *node_headings(topological_map),
         math.cos(ALIGNMENT_RAD),
     )
     shift = offsets[:, None] * np.stack([-np.sin(before), np.cos(before)], axis=1)
@@ -146,7 +146,7 @@ def _is_free(
     return free
 
 
-def _headings(
+def node_headings(
     topological_map: TopologicalMap,
 ) -> tuple[Int64[np.ndarray, " bounds"], Float64[np.ndarray, "headings 2"]]:
     """The headings of the edges at each node, and where each node's begin."""

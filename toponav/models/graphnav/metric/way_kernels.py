@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-__all__ = ["bend"]
+__all__ = ["bend", "margin"]
 
 _WOBBLE = ((-0.2, 0.25), (0.0, 0.5), (0.2, 0.25))
 _MOST_SHORT_M = 0.5
@@ -14,7 +14,7 @@ _NEVER = 1e9
 
 
 @njit(cache=True)
-def _margin(
+def margin(
     x: float,
     y: float,
     yaw: float,
@@ -98,7 +98,7 @@ def bend(
                 if cost >= total[i, k]:
                     continue
                 for wobble, share in _WOBBLE:
-                    margin = _margin(
+                    ahead = margin(
                         x,
                         y,
                         yaw[i] + math.atan(slope) + wobble,
@@ -110,7 +110,7 @@ def bend(
                         heading_xy,
                         aligned_cos,
                     )
-                    short = min(max(margin_m - margin, 0.0), _MOST_SHORT_M)
+                    short = min(max(margin_m - ahead, 0.0), _MOST_SHORT_M)
                     cost += share * _SHORT * short * short
                 if cost < total[i, k]:
                     total[i, k], came[i, k] = cost, j
