@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numba import njit
 
-from toponav.models.graphnav.metric.map_picture_kernels import progress_on
 from toponav.models.graphnav.metric.way_kernels import margin
 
 __all__ = ["kept_turn"]
