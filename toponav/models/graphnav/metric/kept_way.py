@@ -6,6 +6,7 @@ is nearer than the nodes ahead and behind, which counts as having left the plan.
 where that would happen, so the line is bent away from it.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Final
@@ -102,7 +103,7 @@ def _sampled(
 ]:
     """Points along each edge, a fifth of a metre apart at most: ends, share, edge; the stops."""
     ends, share, edge, stop = [], [], [], []
-    for number, (a, b) in enumerate(zip(path[:-1], path[1:], strict=True)):
+    for number, (a, b) in enumerate(itertools.pairwise(path)):
         pieces = max(1, math.ceil(float(np.linalg.norm(node_xy[b] - node_xy[a])) / _SPACING_M))
         stop.append(len(ends))
         for piece in range(pieces):
