@@ -1,9 +1,9 @@
 """The line along which a robot that follows a plan stays nearest to the plan's own nodes.
 
 A robot is at the nearest node that is aligned with it (GraphNav, appendix B-D), and people draw
-doors' nodes close beside a corridor's: driving straight from node to node may lead past a door that
-is nearer than the nodes ahead and behind, which counts as having left the plan. The map says
-where that would happen, so the line is bent away from it.
+the nodes of doors close beside those of a corridor: driving straight from node to node may lead
+past a door that is nearer than the nodes ahead and behind, which counts as having left the plan.
+The map says where that would happen, so the line is bent away from it.
 """
 
 import itertools
@@ -102,7 +102,10 @@ def _sampled(
     Int64[np.ndarray, " stops"],
 ]:
     """Points along each edge, a fifth of a metre apart at most: ends, share, edge; the stops."""
-    ends, share, edge, stop = [], [], [], []
+    ends: list[tuple[int, int]] = []
+    share: list[float] = []
+    edge: list[int] = []
+    stop: list[int] = []
     for number, (a, b) in enumerate(itertools.pairwise(path)):
         pieces = max(1, math.ceil(float(np.linalg.norm(node_xy[b] - node_xy[a])) / _SPACING_M))
         stop.append(len(ends))
