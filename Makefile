@@ -52,7 +52,7 @@ $(ROS)/.ready: $(VENV)/.dev
 
 test-ros: $(ROS)/.ready
 	TOPONAV_CACHE=$(CURDIR)/$(ROS)/cache $(ROS)/bin/python -m toponav.cli.main ros messages
-	TOPONAV_CACHE=$(CURDIR)/$(ROS)/cache $(ROS)/bin/python -m pytest -n0 -q -m ros tests/ros
+	TOPONAV_CACHE=$(CURDIR)/$(ROS)/cache $(ROS)/bin/python -m pytest -n 2 --dist loadfile -q -m ros tests/ros
 
 editor:
 	npm --prefix editor ci --no-audit --no-fund

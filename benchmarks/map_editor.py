@@ -175,7 +175,10 @@ def busy_ms() -> dict[str, float]:
         while above not in (0, os.getpid()):
             above = parents.get(above, 0)
         with contextlib.suppress(OSError):
-            words = (Path("/proc") / str(process) / "cmdline").read_text().split("\0")
+            # Chromium writes the command line of its children as one word.
+            words = (
+                (Path("/proc") / str(process) / "cmdline").read_text().replace("\0", " ").split()
+            )
             kind = next((word for word in words if word.startswith("--type=")), "")
             if above and "chromium" in words[0]:
                 found[kind] = found.get(kind, 0.0) + spent_ms

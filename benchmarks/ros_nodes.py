@@ -20,13 +20,13 @@ from typing import Any
 
 import numpy as np
 
+from toponav.core.episode import Velocity
 from toponav.evaluation.benchmarks.record import Benchmark, write_benchmark
 from toponav.evaluation.protocol import EpisodeJudge
 from toponav.evaluation.suite import EpisodeTask, SuiteSource, load_suite, seed_of
 from toponav.evaluation.worker import EpisodeWorker, RunSettings
-from toponav.ros.faults import FaultSpec, parse_faults
 from toponav.ros.runtime import ros_context, start
-from toponav.sim.simulation import Simulation
+from toponav.sim.simulation import SimState, Simulation
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results"
@@ -47,7 +47,7 @@ def main() -> int:
     parser.add_argument("what", choices=["outcomes", "latency", "faults"])
     parser.add_argument("--seconds", type=float, default=300.0, help="length of the latency run")
     parser.add_argument("--plans", type=int, default=5)
-    parser.add_argument("--rate", type=float, default=1.0, help="simulated seconds per second")
+    parser.add_argument("--rate", type=float, default=4.0, help="of faults: how fast, at most")
     options = parser.parse_args()
     start()
     from toponav.ros.harness import pin_threads
@@ -80,37 +80,26 @@ def harness_of(worker: EpisodeWorker, task: EpisodeTask, **config: Any) -> Any:
     return Harness(simulation, task.start, SimNodeConfig(**config), agent, log)
 
 
-def judge_of(worker: EpisodeWorker, task: EpisodeTask) -> EpisodeJudge:
-    """A fresh judge."""
-    return EpisodeJudge(worker.suite.map, task.plan, worker.localizer, task.start)
-
-
 def drive(
-    harness: Any,
-    worker: EpisodeWorker,
-    task: EpisodeTask,
-    every_ticks: int,
-    stop: Callable[[], bool],
+    harness: Any, worker: EpisodeWorker, task: EpisodeTask, stop: Callable[[], bool]
 ) -> tuple[EpisodeJudge, list[tuple[float, float]]]:
     """The judge after one plan, and the commands of each judged step."""
-    judge, commands, ticks = judge_of(worker, task), [], [0]
-    contact: list[str | None] = [None]
+    from toponav.ros.harness import ControlSteps
 
-    def note(seen: Any) -> None:
-        ticks[0] += 1
-        contact[0] = contact[0] or seen.state.contact
-        if judge.finished or ticks[0] % every_ticks:
-            return
-        commands.append((seen.command.linear_m_s, seen.command.angular_rad_s))
-        judge.update(seen.state.pose, contact[0], seen.state.time_s)
-        contact[0] = None
+    judge = EpisodeJudge(worker.suite.map, task.plan, worker.localizer, task.start)
+    commands: list[tuple[float, float]] = []
+
+    def note(command: Velocity, state: SimState) -> None:
+        if not judge.finished:
+            commands.append((command.linear_m_s, command.angular_rad_s))
+            judge.update(state.pose, state.contact, state.time_s)
 
     harness.drive(
         task.plan,
         task.start,
         seed=seed_of("episode", 0, AGENT, task.index),
         until=lambda: judge.finished or stop(),
-        on_step=note,
+        on_step=ControlSteps(note),
     )
     return judge, commands
 
@@ -118,10 +107,10 @@ def drive(
 def outcomes(worker: EpisodeWorker) -> tuple[str, dict[str, float], dict[str, Any]]:
     """The same plans with ROS in lock-step and without."""
     rows = []
-    with harness_of(worker, worker.suite.tasks[0], lockstep=True) as harness:
+    with harness_of(worker, worker.suite.tasks[0], lockstep=True, rate=0.0) as harness:
         for task in worker.suite.tasks:
             record = worker.run(AGENT, task.index)
-            judge, commands = drive(harness, worker, task, 1, lambda: False)
+            judge, commands = drive(harness, worker, task, lambda: False)
             without = [(each.linear_m_s, each.angular_rad_s) for each in record.steps]
             row = {
                 "plan": task.index,
@@ -145,7 +134,7 @@ def outcomes(worker: EpisodeWorker) -> tuple[str, dict[str, float], dict[str, An
         "plans_with_same_commands": float(sum(row["same_commands"] for row in rows)),
         "steps_compared": float(sum(row["steps"] for row in rows)),
     }
-    return "ros_outcomes", metrics, {"agent": AGENT, "plans": rows}
+    return "ros_outcomes", metrics, {"agent": AGENT, "weights": "best", "plans": rows}
 
 
 def latency(worker: EpisodeWorker, seconds: float) -> tuple[str, dict[str, float], dict[str, Any]]:
@@ -159,7 +148,7 @@ def latency(worker: EpisodeWorker, seconds: float) -> tuple[str, dict[str, float
         while time.monotonic() - began_s < seconds:
             task = worker.suite.tasks[round_ % len(worker.suite.tasks)]
             before = node.ticks
-            drive(harness, worker, task, 10, lambda: time.monotonic() - began_s >= seconds)
+            drive(harness, worker, task, lambda: time.monotonic() - began_s >= seconds)
             # The first frame of a drive waits for the goal to be accepted.
             frames += max((node.ticks - before) // 10 - 2, 0)
             memory.append((time.monotonic() - began_s, harness.agent.resident_kib(), own_kib()))
@@ -222,35 +211,38 @@ def histogram(latencies_ms: np.ndarray) -> None:
 def faults(worker: EpisodeWorker, rate: float) -> tuple[str, dict[str, float], dict[str, Any]]:
     """What faulty cameras do, and a killed agent."""
     table: dict[str, list[dict[str, Any]]] = {}
-    for name, texts in FAULTS.items():
-        table[name] = []
-        spec: FaultSpec = parse_faults(texts)
-        with harness_of(worker, worker.suite.tasks[0], rate=rate, faults=spec) as harness:
+    with harness_of(worker, worker.suite.tasks[0], lockstep=True, rate=rate) as harness:
+        for name, texts in FAULTS.items():
+            harness.break_camera(*texts, rate=rate)
+            table[name] = []
             for task in worker.suite.tasks:
-                judge, _ = drive(harness, worker, task, 10, lambda: False)
+                contacts = len(harness.node.contacts)
+                judge, commands = drive(harness, worker, task, lambda: False)
                 row = {
                     "plan": task.index,
                     "strict": str(judge.strict.outcome),
                     "tolerant": str(judge.tolerant.outcome),
                     "nodes_reached": judge.tolerant.nodes_reached,
+                    "steps": len(commands),
+                    "touched": len(harness.node.contacts) - contacts,
                 }
                 table[name].append(row)
                 print(name, row, file=sys.stderr)
-    stop_s = killed(worker, rate)
+        stops_s = [killed(harness, task) for task in worker.suite.tasks]
     clean = [row["tolerant"] == "collided" for row in table["clean"]]
-    metrics = {"kill_to_standstill_s": stop_s}
+    metrics = {"kill_to_standstill_s_max": max(stops_s)}
     for name, rows in table.items():
         collided = [row["tolerant"] == "collided" for row in rows]
         metrics[f"{name}_successes"] = float(sum(row["tolerant"] == "success" for row in rows))
         metrics[f"{name}_collisions"] = float(sum(collided))
         new = sum(now and not before for now, before in zip(collided, clean, strict=True))
         metrics[f"{name}_collisions_not_in_clean"] = float(new)
-    return "ros_faults", metrics, {"agent": AGENT, "rate": rate, "plans": table}
+    details = {"agent": AGENT, "weights": "best", "rate": rate, "kill_to_standstill_s": stops_s}
+    return "ros_faults", metrics, {**details, "plans": table}
 
 
-def killed(worker: EpisodeWorker, rate: float) -> float:
-    """Simulated seconds from kill -9 to standstill."""
-    task = worker.suite.tasks[0]
+def killed(harness: Any, task: EpisodeTask) -> float:
+    """Simulated seconds from kill -9 at driving speed to standstill."""
     killed_ns: list[int] = []
     moving_ns: list[int] = []
 
@@ -262,11 +254,13 @@ def killed(worker: EpisodeWorker, rate: float) -> float:
             harness.agent.kill()
             killed_ns.append(seen.time_ns)
 
-    with harness_of(worker, task, rate=rate) as harness:
-        harness.drive(task.plan, task.start, on_step=note, until=lambda: bool(killed_ns))
-        harness.watch(note)
-        end_ns = killed_ns[0] + 1_500_000_000
-        harness.node.run(lambda: harness.node.robot.time_ns > end_ns)
+    harness.restore()
+    harness.revive()
+    harness.drive(task.plan, task.start, on_step=note, until=lambda: bool(killed_ns))
+    harness.watch(note)
+    harness.let_go()
+    end_ns = killed_ns[0] + 1_500_000_000
+    harness.node.run(lambda: harness.node.robot.time_ns > end_ns)
     return (moving_ns[-1] - killed_ns[0]) / 1e9
 
 

@@ -1,21 +1,20 @@
-// The map on the stage. The layer is larger than the stage, so that panning only moves it.
+// The map on the stage: its elements, drawn on a layer of which the stage shows a part.
 
-import { h, settled, svg } from "./dom";
+import { settled, svg } from "./dom";
+import { type Box, boxOf } from "./geometry";
 import type { Graph, Patch } from "./graph";
+import { Layer } from "./layer";
+import { namedToTheLeft } from "./names";
 import { arrow, edgeLine, nodeOutline, nodeRadius } from "./shapes";
 import type { FloorDocument, MapEdge, MapNode, Point } from "./types";
 import type { Viewport } from "./viewport";
 
-const OVERSCAN_PX = 256;
-const LEAST_ZOOM = 0.72;
-const MOST_ZOOM = 1.6;
 const SHARPEN_AFTER_MS = 110;
 const ALL_NAMES_SCALE = 55;
 const ROOM_NAMES_SCALE = 9;
 
 export class Drawing {
-  /** Moved as a whole: a transform of the SVG itself would lay out all of it in each frame. */
-  private readonly layer = h("div", { class: "layer" });
+  private readonly layer: Layer;
   private readonly canvas = svg("svg", { "aria-hidden": "true" });
   private readonly world = svg("g");
   private readonly floorGroup = svg("g");
@@ -30,12 +29,14 @@ export class Drawing {
   private readonly nodeNames = new Map<string, SVGTextElement>();
   private readonly marks = new Map<string, Map<string, Set<string>>>();
   private readonly image = svg("image", { class: "floor", preserveAspectRatio: "none" });
+  private leftNames: ReadonlySet<string> = new Set();
   private extent: FloorDocument["extent"] | null = null;
   private trail: readonly string[] = [];
-  private drawnScale = 0;
+  /** Elements that lie off the layer: they would cost as much as the others. */
+  private readonly hidden = new WeakSet<SVGElement>();
   private readonly redrawSoon = settled(() => this.redraw(), SHARPEN_AFTER_MS);
-  /** Place that the layer's middle showed when it was drawn. */
-  private anchor: Point = { x: 0, y: 0 };
+  /** Where there is something to draw, once asked for. */
+  private content: Box | null = null;
 
   constructor(
     private readonly stage: HTMLElement,
@@ -45,8 +46,9 @@ export class Drawing {
     this.floorGroup.append(this.image);
     this.world.append(this.floorGroup, ...Object.values(this.groups));
     this.canvas.append(this.world);
-    this.layer.append(this.canvas);
-    stage.prepend(this.layer);
+    this.layer = new Layer(view);
+    this.layer.element.append(this.canvas);
+    stage.prepend(this.layer.element);
   }
 
   setGraph(graph: Graph): void {
@@ -55,6 +57,7 @@ export class Drawing {
       for (const element of paths.values()) element.remove();
       paths.clear();
     }
+    this.content = null;
     for (const edge of graph.edges.values()) this.addEdge(edge);
     for (const node of graph.nodes.values()) this.addNode(node);
     this.redraw();
@@ -62,55 +65,94 @@ export class Drawing {
 
   setFloor(extent: FloorDocument["extent"], url: string): void {
     this.extent = extent;
+    this.content = null;
     this.image.setAttribute("href", url);
     this.placeFloor();
   }
 
-  /** Follows the viewport: moves the layer, and draws anew where that is not enough. */
+  /** Follows the viewport: moves and stretches the layer, and draws anew where that is not enough. */
   follow(): void {
-    const { view } = this;
-    const dx = (this.anchor.x - view.x) * view.scale;
-    const dy = (view.y - this.anchor.y) * view.scale;
-    const zoom = view.scale / this.drawnScale;
-    const isFar = Math.abs(dx) > OVERSCAN_PX || Math.abs(dy) > OVERSCAN_PX;
-    if (isFar || zoom < LEAST_ZOOM || zoom > MOST_ZOOM) {
-      this.redraw();
-      return;
-    }
+    const { layer, view } = this;
+    const wanted = layer.wanted((this.content ??= this.boxOfContent()));
+    if (wanted !== null) this.draw(wanted);
+    else layer.move();
     // While the wheel turns the picture is stretched; it is drawn sharp once that ends.
-    if (zoom !== 1) this.redrawSoon.later();
-    const scale = zoom === 1 ? "" : ` scale(${zoom.toFixed(4)})`;
-    this.layer.style.transform = `translate(${dx.toFixed(1)}px, ${dy.toFixed(1)}px)${scale}`;
+    if (view.scale !== layer.scale) this.redrawSoon.later();
   }
 
   redraw(): void {
-    const { view } = this;
-    const rescaled = view.scale !== this.drawnScale;
-    this.anchor = { x: view.x, y: view.y };
-    this.drawnScale = view.scale;
-    const width = view.width + 2 * OVERSCAN_PX;
-    const height = view.height + 2 * OVERSCAN_PX;
-    const { style } = this.layer;
-    style.left = style.top = `${-OVERSCAN_PX}px`;
-    style.width = `${width}px`;
-    style.height = `${height}px`;
-    style.transform = "translate(0px, 0px)";
-    const tx = width / 2 - view.x * view.scale;
-    const ty = height / 2 + view.y * view.scale;
+    this.draw(this.view.scale);
+  }
+
+  /** Draws what the stage shows, and some more, with so many pixels for a metre. */
+  private draw(scale: number): void {
+    const { layer, view } = this;
+    const rescaled = scale !== layer.scale;
+    layer.begin(scale);
+    const tx = layer.width / 2 - view.x * scale;
+    const ty = layer.height / 2 + view.y * scale;
     this.world.setAttribute("transform", `translate(${tx.toFixed(1)} ${ty.toFixed(1)})`);
-    if (!rescaled) return;
-    const stroke = Math.min(2.4, Math.max(1, view.scale * 0.045));
-    this.layer.style.setProperty("--stroke", `${stroke.toFixed(2)}px`);
-    this.stage.classList.toggle("all-names", view.scale >= ALL_NAMES_SCALE);
-    this.stage.classList.toggle("no-names", view.scale < ROOM_NAMES_SCALE);
-    this.placeFloor();
-    for (const edge of this.graph.edges.values()) this.placeEdge(edge);
-    for (const node of this.graph.nodes.values()) this.placeNode(node);
-    this.placeTrail();
+    if (rescaled) {
+      const stroke = Math.min(2.4, Math.max(1, scale * 0.045));
+      layer.element.style.setProperty("--stroke", `${stroke.toFixed(2)}px`);
+      this.stage.classList.toggle("all-names", view.scale >= ALL_NAMES_SCALE);
+      this.stage.classList.toggle("no-names", view.scale < ROOM_NAMES_SCALE);
+      this.placeFloor();
+      this.placeTrail();
+    }
+    this.placeShown(rescaled);
+  }
+
+  /** Places what the layer shows; what did not change is placed only if it was hidden. */
+  private placeShown(rescaled: boolean): void {
+    const { left, right, bottom, top } = this.layer.shown;
+    const { nodes } = this.graph;
+    if (rescaled) this.leftNames = namedToTheLeft([...nodes.values()], this.layer.scale);
+    for (const node of nodes.values()) {
+      const path = this.nodePaths.get(node.id);
+      if (!path) continue;
+      const isOut = node.x < left || node.x > right || node.y < bottom || node.y > top;
+      if (isOut) this.hide(path, this.nodeNames.get(node.id));
+      else if (rescaled || this.hidden.has(path)) this.placeNode(node);
+    }
+    for (const edge of this.graph.edges.values()) {
+      const path = this.edgePaths.get(edge.id);
+      const [a, b] = [nodes.get(edge.source), nodes.get(edge.target)];
+      if (!path || !a || !b) continue;
+      const isOut =
+        Math.max(a.x, b.x) < left ||
+        Math.min(a.x, b.x) > right ||
+        Math.max(a.y, b.y) < bottom ||
+        Math.min(a.y, b.y) > top;
+      if (isOut) this.hide(path);
+      else if (rescaled || this.hidden.has(path)) this.placeEdge(edge);
+    }
+  }
+
+  private hide(...elements: (SVGElement | undefined)[]): void {
+    for (const element of elements) {
+      if (!element || this.hidden.has(element)) continue;
+      this.hidden.add(element);
+      element.style.display = "none";
+    }
+  }
+
+  private show(...elements: SVGElement[]): void {
+    for (const element of elements) if (this.hidden.delete(element)) element.style.display = "";
+  }
+
+  private boxOfContent(): Box | null {
+    const points: Point[] = [...this.graph.nodes.values()];
+    if (this.extent) {
+      const [left, right, bottom, top] = this.extent;
+      points.push({ x: left, y: bottom }, { x: right, y: top });
+    }
+    return boxOf(points);
   }
 
   /** Draws what a patch changed, and the edges at moved nodes. */
   apply(patch: Patch): void {
+    this.content = null;
     const edges = new Set<string>();
     for (const { id, before, after } of patch.edges) {
       if (after === null) {
@@ -192,22 +234,25 @@ export class Drawing {
   }
 
   private at(place: Point): Point {
-    return { x: place.x * this.drawnScale, y: -place.y * this.drawnScale };
+    return { x: place.x * this.layer.scale, y: -place.y * this.layer.scale };
   }
 
   private placeNode(node: MapNode): void {
     const path = this.nodePaths.get(node.id);
     const name = this.nodeNames.get(node.id);
     if (!path || !name) return;
+    this.show(path, name);
     const { x, y } = this.at(node);
-    const radius = nodeRadius(node.kind, this.drawnScale);
+    const radius = nodeRadius(node.kind, this.layer.scale);
     const outline = nodeOutline(node.kind, radius);
     if (path.getAttribute("d") !== outline) path.setAttribute("d", outline);
     path.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`);
     setKeeping(path, `node ${node.kind}`, KEPT);
     if (name.textContent !== node.id) name.textContent = node.id;
     setKeeping(name, node.kind, KEPT);
-    name.setAttribute("x", (x + radius + 4).toFixed(1));
+    const side = this.leftNames.has(node.id) ? -1 : 1;
+    name.setAttribute("text-anchor", side < 0 ? "end" : "start");
+    name.setAttribute("x", (x + side * (radius + 4)).toFixed(1));
     name.setAttribute("y", (y + 3.5).toFixed(1));
   }
 
@@ -215,15 +260,16 @@ export class Drawing {
     const path = this.edgePaths.get(edge.id);
     const line = path && this.lineOf(edge);
     if (!line) return;
+    this.show(path);
     setKeeping(path, `edge ${edge.behavior}`, KEPT);
-    path.setAttribute("d", arrow(line, Math.min(11, Math.max(4, this.drawnScale * 0.17))));
+    path.setAttribute("d", arrow(line, Math.min(11, Math.max(4, this.layer.scale * 0.17))));
   }
 
   private lineOf(edge: MapEdge) {
     const source = this.graph.nodes.get(edge.source);
     const target = this.graph.nodes.get(edge.target);
     if (!source || !target) return undefined;
-    const rim = (node: MapNode): number => nodeRadius(node.kind, this.drawnScale) + 1;
+    const rim = (node: MapNode): number => nodeRadius(node.kind, this.layer.scale) + 1;
     const hasTwin = this.graph.between(edge.target, edge.source) !== undefined;
     return edgeLine(this.at(source), this.at(target), rim(source), rim(target), hasTwin);
   }
@@ -240,7 +286,7 @@ export class Drawing {
   private placeFloor(): void {
     if (!this.extent) return;
     const [left, right, bottom, top] = this.extent;
-    const scale = this.drawnScale;
+    const scale = this.layer.scale;
     this.image.setAttribute("x", String(left * scale));
     this.image.setAttribute("y", String(-top * scale));
     this.image.setAttribute("width", String((right - left) * scale));

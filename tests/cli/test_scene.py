@@ -2,8 +2,10 @@ import json
 
 import pytest
 
+from tests.worlds.building_files import write_sh3f
 from tests.worlds.test_stanford import write_area
 from toponav.cli.main import main
+from toponav.worlds.furniture_library import load_sh3f
 from toponav.worlds.storage import load_scene
 
 
@@ -57,3 +59,33 @@ def test_bad_input_is_one_line_and_status_one(words, message, tmp_path, monkeypa
     assert "Remedy:" in error
     assert error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_homes_are_furnished_from_a_library_and_say_whose_work_it_is(tmp_path, capsys):
+    write_sh3f(tmp_path / "tiny.sh3f")
+    held_out = load_sh3f(tmp_path / "tiny.sh3f").of("chair")[0].is_held_out
+    words = ["scene", "generate", "home", "--rooms", "6", "--furniture", tmp_path / "tiny.sh3f"]
+    for seed, is_for_testing in ((1, False), (2001, True)):
+        scene = tmp_path / str(seed)
+        assert main([*map(str, words), "--seed", str(seed), "--out", str(scene)]) == 0
+        uses_the_chair = "A. Maker, CC0" in capsys.readouterr().out
+        assert uses_the_chair == (held_out == is_for_testing)
+        assert bool(load_scene(scene).attribution) == uses_the_chair
+        assert main(["scene", "show", str(scene), "--views", "0", "--out", f"{scene}.png"]) == 0
+        assert ("A. Maker, CC0" in capsys.readouterr().out) == uses_the_chair
+
+
+def test_a_library_that_is_none_is_refused(tmp_path, capsys):
+    (tmp_path / "a.sh3f").write_bytes(b"no zip")
+    words = [
+        "scene",
+        "generate",
+        "home",
+        "--out",
+        tmp_path / "o",
+        "--furniture",
+        tmp_path / "a.sh3f",
+    ]
+    assert main(list(map(str, words))) == 1
+    assert "not a whole zip" in capsys.readouterr().err
+    assert not (tmp_path / "o").exists()

@@ -13,6 +13,7 @@ import pytest
 from tests.data.conftest import EPISODES
 from toponav.core.episode import Observation, Velocity
 from toponav.core.errors import InputError
+from toponav.core.geometry import Pose2
 from toponav.data.buildings import load_building, resolve_buildings
 from toponav.data.collect import CollectConfig, collect
 from toponav.data.dataset import (
@@ -22,8 +23,10 @@ from toponav.data.dataset import (
     recorded,
     trajectory_path,
 )
+from toponav.data.export import export_npz
 from toponav.data.storage import read_trajectory
 from toponav.maps.task import NavigationTask
+from toponav.sim.render import make_renderer
 from toponav.sim.simulation import SimState
 
 
@@ -176,3 +179,33 @@ def test_a_learner_may_drive_while_the_expert_labels(
     assert recording.end.outcome == "stuck"
     assert (recording.executed == 0.0).all()
     assert abs(recording.command).max() > 0.1
+
+
+def test_colours_and_classes_are_collected_on_request(
+    config: CollectConfig, finished: Path, tmp_path: Path
+) -> None:
+    wanted = dataclasses.replace(config, episodes=1, images=("rgb", "semantic"))
+    manifest = collect(tmp_path / "seen", wanted, annotate=False)
+    assert manifest.config["images"] == ["rgb", "semantic"]
+    assert "images" not in read_manifest(finished).config
+    recording = read_trajectory(trajectory_path(tmp_path / "seen", 0), rgb=True, semantic=True)
+    plain = read_trajectory(trajectory_path(finished, 0))
+    # The drive is the same one; its depth comes from another cast.
+    np.testing.assert_array_equal(recording.pose, plain.pose)
+    assert (abs(recording.depth_mm.astype(int) - plain.depth_mm) <= 2).mean() > 0.99
+    assert recording.rgb.shape == (len(recording), 60, 80, 3)
+    scene = load_building(building_dir(tmp_path / "seen", "small_office")).scene
+    seen = make_renderer(scene, wanted.camera).render_images(Pose2(*recording.pose[7].tolist()))
+    np.testing.assert_array_equal(recording.semantic[7], seen.semantic)
+    np.testing.assert_array_equal(recording.rgb[7], seen.rgb)
+    with pytest.raises(InputError, match="another images"):
+        collect(tmp_path / "seen", dataclasses.replace(wanted, images=("rgb",)))
+
+
+def test_exported_archives_hold_the_colours(config: CollectConfig, tmp_path: Path) -> None:
+    wanted = dataclasses.replace(config, episodes=1, images=("rgb",))
+    collect(tmp_path / "seen", wanted, annotate=False)
+    assert export_npz(tmp_path / "seen", tmp_path / "npz") == 1
+    archive = np.load(tmp_path / "npz" / "000000.npz")
+    assert archive["rgb"].shape[1:] == (60, 80, 3)
+    assert "semantic" not in archive

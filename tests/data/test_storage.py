@@ -1,3 +1,4 @@
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -173,3 +174,53 @@ def test_errors_name_the_file_and_the_remedy(bag: Path, tmp_path: Path) -> None:
         read_trajectory(bag)
     with pytest.raises(InputError, match=r"missing\.mcap: .*no such file"):
         read_summary(tmp_path / "missing.mcap")
+
+
+def write_with_images(path: Path, frames: int = 3) -> Path:
+    writer = TrajectoryWriter(path, dataclasses.replace(metadata(), images=("rgb", "semantic")))
+    for frame in range(frames):
+        rgb = np.full((24, 32, 3), (frame, 10, 20), np.uint8)
+        rgb[0, 1] = (200, 100, 50)
+        semantic = np.full((24, 32), frame, np.uint8)
+        still = Velocity(0.0, 0.0)
+        images = {"rgb": rgb, "semantic": semantic}
+        writer.append(depth_m(frame), Pose2(0.0, 0.0, 0.0), still, still, still, images)
+    return writer.finish("success").path
+
+
+def test_colours_and_classes_are_read_when_asked_for(tmp_path: Path) -> None:
+    bag = write_with_images(tmp_path / "000007.mcap")
+    recording = read_trajectory(bag, rgb=True, semantic=True, validate=True)
+    assert recording.metadata.images == ("rgb", "semantic")
+    assert recording.rgb.shape == (3, 24, 32, 3)
+    assert recording.rgb[2, 0, 1].tolist() == [200, 100, 50]
+    assert recording.rgb[2, 5, 5].tolist() == [2, 10, 20]
+    assert (recording.semantic == np.arange(3)[:, None, None]).all()
+    np.testing.assert_array_equal(recording.depth_mm[1], read_trajectory(bag).depth_mm[1])
+    assert read_trajectory(bag).rgb.shape == (0, 24, 32, 3)
+    assert check_bag(bag) == ""
+
+
+def test_other_readers_see_the_colours(tmp_path: Path) -> None:
+    bag = write_with_images(tmp_path / "000007.mcap")
+    with AnyReader([bag]) as reader:
+        images = {
+            connection.topic: reader.deserialize(raw, connection.msgtype)
+            for connection, _, raw in reader.messages()
+            if connection.topic in ("/camera/color/image_raw", "/camera/semantic/image_raw")
+        }
+    color, classes = images["/camera/color/image_raw"], images["/camera/semantic/image_raw"]
+    assert (color.encoding, color.step, classes.encoding) == ("rgb8", 96, "mono8")
+    assert color.data.reshape(24, 32, 3)[0, 1].tolist() == [200, 100, 50]
+
+
+def test_images_that_were_not_recorded_are_asked_for_in_vain(bag: Path) -> None:
+    with pytest.raises(InputError, match="recorded without rgb"):
+        read_trajectory(bag, rgb=True)
+
+
+def test_depth_alone_is_stored_as_before_there_were_other_images(bag: Path) -> None:
+    assert "images" not in json.loads(metadata().to_json())
+    with AnyReader([bag]) as reader:
+        assert {one.topic for one in reader.connections} >= {"/odom", "/camera/depth/image_raw"}
+        assert not {one.topic for one in reader.connections if "color" in one.topic}

@@ -72,7 +72,7 @@ def test_the_demo_ends_with_a_page(tmp_path: Path, capsys: pytest.CaptureFixture
 
     said: list[str] = []
     result = run_demo(
-        DemoConfig(tmp_path / "demo", plans=2, agents=(DAYDREAMER, "expert")),
+        DemoConfig(tmp_path / "demo", plans=2, agents=(DAYDREAMER, "expert"), search=False),
         lambda what, done, total: said.append(what),
     )
     page = result.page.read_text("utf-8")

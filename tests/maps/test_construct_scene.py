@@ -93,6 +93,20 @@ def test_a_junction_has_two_turns_and_a_way_straight_on() -> None:
     assert sequence(built, "b", "c") == (FD, TR, CF, TL, CF, TL)
 
 
+@pytest.mark.parametrize(("deep_m", "drawn"), [(0.7, False), (2.0, True)])
+def test_a_room_behind_a_room_is_drawn_unless_it_is_a_cupboard(deep_m: float, drawn: bool) -> None:
+    scene = building(
+        (22.0, 14.0),
+        ("H", 1.0, 1.0, 21.0, 2.6),
+        ("a", 2.0, 2.9, 6.0, 6.0), (" ", 3.6, 2.6, 4.4, 2.9),
+        ("b", 12.0, 2.9, 16.0, 6.0), (" ", 13.6, 2.6, 14.4, 2.9),
+        ("c", 2.0, 6.3, 4.0, 6.3 + deep_m), (" ", 2.6, 6.0, 3.4, 6.3),
+    )  # fmt: skip
+    built = map_from_scene(scene)
+    assert_good(scene, built)
+    assert ("c" in built.rooms) is drawn
+
+
 def test_a_lounge_between_two_hallways_is_crossed() -> None:
     scene = building(
         (22.0, 16.0),

@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -76,3 +77,23 @@ def test_broken_graphs_are_refused(tmp_path, part, value) -> None:  # type: igno
     (tmp_path / "graph.json").write_text(json.dumps(document))
     with pytest.raises(InputError):
         ImageGraph.load(tmp_path)
+
+
+def test_nodes_near_a_place_are_found_nearest_first() -> None:
+    graph = ImageGraph()
+    for number in range(60):
+        graph.add_node(Pose2(3.0 * number - 90.0, -0.5 * number, 0.0), 0)
+    here = Pose2(2.0, -15.2, 0.0)
+    for reach_m in (0.5, 3.9, 9.0):
+        everywhere = sorted((here.distance_to(node.pose), node.number) for node in graph.nodes)
+        assert graph.nodes_near(here, reach_m) == [one for one in everywhere if one[0] < reach_m]
+
+
+def test_a_ghost_lies_at_its_bearing_and_keeps_it(tmp_path: Path) -> None:
+    graph = ImageGraph()
+    graph.add_node(Pose2(1.0, 0.0, 0.0), 0)
+    graph.ghosts.append(GhostNode(0, 3, 2.0, bearing_rad=1.4))
+    graph.save(tmp_path / "graph")
+    (ghost,) = ImageGraph.load(tmp_path / "graph").ghosts
+    place = graph.pose_of_ghost(ghost)
+    assert (place.x_m, place.y_m) == pytest.approx((1 + 2 * math.cos(1.4), 2 * math.sin(1.4)))

@@ -14,7 +14,7 @@ from toponav.maps.task import NavigationTask
 from toponav.ros.agent_loop import STOP, DriveConfig, DriveLoop
 from toponav.ros.faults import FaultInjector, FaultSpec, parse_faults
 from toponav.ros.image_loop import ActionStep
-from toponav.ros.simulated_robot import TICK_S, SimulatedRobot
+from toponav.ros.simulated_robot import TICK_S, Pace, SimulatedRobot
 from toponav.ros.tasks import task_of_goal
 from toponav.ros.watchdog import Watchdog
 from toponav.sim.simulation import Simulation
@@ -207,19 +207,41 @@ def test_the_robot_brakes_when_commands_cease(scene: Scene) -> None:
 
 
 def test_fiftieths_of_a_second_add_up_to_steps(scene: Scene) -> None:
-    ticking, stepping = robot_in(scene), robot_in(scene)
+    ticking, stepping = robot_in(scene), Simulation(scene)
+    stepping.reset(ticking.start)
     for _ in range(10):
-        for _ in range(10):
-            ticking.command(Velocity(0.3, 0.5))
-            done = ticking.tick()
-        assert done.frame_is_due
-        assert stepping.step(Velocity(0.3, 0.5)).pose == done.state.pose
-    assert ticking.time_ns == stepping.time_ns == 2_000_000_000
+        ticking.command(Velocity(0.3, 0.5))
+        ticks = [ticking.tick() for _ in range(10)]
+        assert [tick.frame_is_due for tick in ticks] == [*[False] * 9, True]
+        assert stepping.step(Velocity(0.3, 0.5)).pose == ticks[-1].state.pose
+    assert ticking.time_ns == 2_000_000_000
+
+
+def test_the_pace_makes_up_for_a_little_and_gives_up_the_rest() -> None:
+    now_s = 0.0
+    pace = Pace(0.5, lambda: now_s)
+    assert pace.left_s() == 0.0
+    assert not pace.tick()
+    assert pace.left_s() == pytest.approx(0.04)
+    now_s = 0.1
+    assert pace.tick()
+    assert pace.left_s() == 0.0
+    assert not pace.tick()
+    assert pace.left_s() == pytest.approx(0.02)
+    now_s = 100.0
+    assert sum(pace.tick() for _ in range(12)) == 9
+    assert pace.left_s() > 0.0
+    pace.restart()
+    assert pace.left_s() == 0.0
+    hurried = Pace(0.0, lambda: now_s)
+    assert [hurried.tick() for _ in range(3)] == [False] * 3
+    assert hurried.left_s() == 0.0
 
 
 def test_a_reset_puts_the_robot_back_but_not_the_clock(scene: Scene) -> None:
     robot = robot_in(scene)
-    robot.step(Velocity(0.5, 0.0))
+    robot.command(Velocity(0.5, 0.0))
+    robot.tick()
     before_ns = robot.time_ns
     assert robot.reset().pose == pytest.approx(robot.start)
     assert robot.time_ns == before_ns + 200_000_000

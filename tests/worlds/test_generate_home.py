@@ -162,3 +162,7 @@ def test_homes_too_small_or_too_large_are_refused(rooms: int) -> None:
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(InputError, match="seed must be 0 or more"):
         generate_home(-1)
+
+
+def test_a_window_as_wide_as_its_stretch_of_wall_is_no_fault() -> None:
+    assert check_invariants(generate_home(3160), views=2, rays=500) == []

@@ -1,6 +1,7 @@
 """`toponav eval imagenav`: look for pictures in homes, write a folder of results."""
 
 import json as json_module
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -26,6 +27,7 @@ def eval_imagenav(
     goals: int = 1,
     seed: int = 0,
     workers: int = 1,
+    engine: Literal["local", "ray"] = "local",
     weights: str | None = None,
     json: _Flag = False,
 ) -> int:
@@ -49,7 +51,8 @@ def eval_imagenav(
         agent: Agent to evaluate: a name in the registry, such as nts_rgbd, ans_rgbd,
             frontier_rgbd, oracle or random, or your own as module:factory. NAME=WEIGHTS gives it
             other weights, ,label=LABEL another name in the results. Repeat for more; the first is
-            compared with each of the others.
+            compared with each of the others. `all` stands for every row of tables 1 and 2 whose
+            weights ship.
         out: Folder of results.
         suite: Homes to run in: homes-test or homes-val.
         episodes: How many of each difficulty.
@@ -60,6 +63,7 @@ def eval_imagenav(
         goals: Goals one after the other in each episode.
         seed: Seed of the noise and of the agents.
         workers: Processes. Results do not depend on it.
+        engine: Where they run: on this machine, or on a Ray cluster.
         weights: Folder of other weights, or a preset. What ships, if left out.
         json: Print results.json instead of a table.
     """
@@ -69,7 +73,7 @@ def eval_imagenav(
     from toponav.evaluation.imagenav.worker import ImageNavSettings
 
     config = ImageNavConfig(
-        agents=tuple(dict.fromkeys(agent)),
+        agents=tuple(dict.fromkeys(_named(agent))),
         out=out,
         suite=suite,
         levels=tuple(name for name in DIFFICULTIES if not level or name in level),
@@ -83,6 +87,7 @@ def eval_imagenav(
             seed=seed,
         ),
         workers=workers,
+        engine=engine,
     )
     with progress("episodes") as update:
         evaluation = evaluate_image_nav(config, update)
@@ -91,6 +96,13 @@ def eval_imagenav(
     else:
         _print_summary(evaluation)
     return 0
+
+
+def _named(agents: tuple[str, ...]) -> Iterator[str]:
+    from toponav.evaluation.imagenav.agents import table_agents
+
+    for agent in agents:
+        yield from table_agents() if agent == "all" else (agent,)
 
 
 def _print_summary(evaluation: Any) -> None:

@@ -57,10 +57,10 @@ def nts(
         max_minutes=None if max_minutes is None else max_minutes / len(kinds),
         precision=precision,
     )
-    samples = open_samples(data, get_nts_preset(preset, depth=True))
     results = []
     with shown(json) as report:
         for depth in kinds:
             sizes = get_nts_preset(preset, depth=depth)
+            samples = open_samples(data, sizes)
             results.append(train_nts(samples, sizes, preset, config, out, report=report))
     return print_results(results, out, json)

@@ -16,12 +16,12 @@ def register() -> dict[tuple[str, ...], Callable[..., Any]]:
 
 
 def bench(
-    only: Literal["all", "render", "closed_loop"] = "all",
+    only: Literal["all", "render", "closed_loop", "imagenav"] = "all",
     out: Path = Path("benchmarks/results"),
     agent: str = "graphnav_pf",
     json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
 ) -> int:
-    """Measure frame rates, the closed loop and its memory, on one core.
+    """Measure frame rates, the closed loop and its memory, image-goal agents, on one core.
 
     Runs on Stanford area 3 where the data is there (TOPONAV_DATA), else in a generated office.
 
@@ -38,6 +38,7 @@ def bench(
     from toponav.core.files import check_out_folder
     from toponav.evaluation.agents import check_agent_name
     from toponav.evaluation.benchmarks.closed_loop import measure_closed_loop
+    from toponav.evaluation.benchmarks.imagenav import measure_image_nav
     from toponav.evaluation.benchmarks.record import Benchmark, run_alone, write_benchmark
     from toponav.evaluation.benchmarks.render import measure_render
 
@@ -46,6 +47,7 @@ def bench(
     measures: dict[str, Callable[[], Benchmark]] = {
         "render": lambda: run_alone(measure_render),
         "closed_loop": lambda: run_alone(measure_closed_loop, agent),
+        "imagenav": lambda: run_alone(measure_image_nav),
     }
     console = Console(stderr=json)
     found = []

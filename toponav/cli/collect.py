@@ -37,6 +37,8 @@ def collect_graphnav(
     longest_of: int = 1,
     width: int = 320,
     height: int = 240,
+    rgb: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
+    semantic: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
     no_annotate: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
     json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,
 ) -> int:
@@ -64,8 +66,10 @@ def collect_graphnav(
         any_yaw_fraction: Fraction of drives that start facing anywhere.
         longest_of: Of this many random pairs of rooms, drive the one with the longest plan:
             with 16, the mean drive is about as long as the paper's (section VI-C).
-        width: Columns of the depth images.
-        height: Rows of the depth images.
+        width: Columns of the images.
+        height: Rows of the images.
+        rgb: Record colour images beside depth.
+        semantic: Record the class of what each pixel shows, the truth, beside depth.
         no_annotate: Leave out annotations.parquet.
         json: Print the dataset's statistics as JSON.
     """
@@ -73,7 +77,9 @@ def collect_graphnav(
     from toponav.data.collect import CollectConfig
     from toponav.data.driving import StartConfig
     from toponav.data.noise import NoiseConfig
+    from toponav.data.recording import ExtraImage
 
+    extra: tuple[tuple[ExtraImage, bool], ...] = (("rgb", rgb), ("semantic", semantic))
     config = CollectConfig(
         episodes=episodes,
         seed=seed,
@@ -83,6 +89,7 @@ def collect_graphnav(
         noise=NoiseConfig(noise_scale=noise_scale),
         start=StartConfig(any_yaw_fraction=any_yaw_fraction, longest_of=longest_of),
         camera=PinholeCamera(width=width, height=height),
+        images=tuple(name for name, is_on in extra if is_on),
     )
     _record(out, config, None, workers, annotate=not no_annotate, json=json)
     return 0

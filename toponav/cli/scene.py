@@ -69,27 +69,36 @@ def generate_home(
     out: Path,
     seed: int = 0,
     rooms: int | None = None,
+    furniture: tuple[Path, ...] = (),
     as_json: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> int:
     """Generate a furnished home: rooms, doors, windows and furniture with textures.
 
-    The same seed and version make the same home, bit for bit.
+    The same seed and version make the same home, bit for bit. From furniture libraries, homes of
+    seeds 2000 to 2999 (for testing) take the models that are held out, and no other home does.
 
     Example: toponav scene generate home --seed 7 --rooms 6 --out scenes/home_7
+
+    With real furniture: toponav scene generate home --seed 7 --out scenes/home_7 --furniture
+    /usr/share/sweethome3d/furniture/Scopia.sh3f
 
     Args:
         out: Folder to write the scene to.
         seed: Which home.
         rooms: How many rooms, hallways included, 2 to 9; the seed chooses where not given.
+        furniture: Libraries of Sweet Home 3D (.sh3f) to furnish from; who made their models is
+            kept in the scene. What they lack is parametric furniture, as without any.
         as_json: Print what was made as JSON.
     """
+    from toponav.worlds.furniture_library import join_libraries, load_sh3f
     from toponav.worlds.generate.home import generate_home as generate
     from toponav.worlds.storage import save_scene
 
     if seed < 0:
         raise InputError(f"seed must not be negative, got {seed}", where="--seed", remedy="use 0")
     check_out_folder(out)
-    scene = generate(seed, rooms=rooms)
+    libraries = [load_sh3f(path) for path in furniture]
+    scene = generate(seed, rooms=rooms, furniture=join_libraries(libraries) if libraries else None)
     save_scene(scene, out)
     return _report(scene, out, as_json)
 

@@ -10,7 +10,7 @@ from jaxtyping import Float32
 
 from toponav.core.errors import InputError, did_you_mean
 
-__all__ = ["Camera", "PanoramaCamera", "PanoramaKind", "PinholeCamera"]
+__all__ = ["CYLINDER_LIFT", "Camera", "PanoramaCamera", "PanoramaKind", "PinholeCamera"]
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,10 @@ class PinholeCamera:
         return rays.astype(np.float32)
 
 
-PanoramaKind = Literal["stitched", "equirectangular"]
+PanoramaKind = Literal["stitched", "equirectangular", "cylindrical"]
+
+CYLINDER_LIFT = 0.7
+"""Half the height of a cylindrical panorama at one metre: what stitched ones show everywhere."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,8 @@ class PanoramaCamera:
     kind: str = "stitched"
     """`stitched`: four 90 degree pinholes side by side, each with its own Z-depth; the one that
     looks backwards is cut in two halves at the edges. `equirectangular`: equal angles per pixel,
-    depth along the ray."""
+    depth along the ray. `cylindrical`: equal angles per column, equal heights per row, depth is
+    the horizontal distance; what compact networks see."""
     mount_height_m: float = 0.6
     """Height of the optical centre above the floor."""
     max_depth_m: float = 10.0
@@ -112,9 +116,10 @@ class PanoramaCamera:
                 remedy=did_you_mean(str(self.kind), get_args(PanoramaKind)),
             )
         stitched = self.kind == "stitched"
+        round_ = self.kind == "equirectangular"
         checks = {
             "width": 8 <= self.width <= 8192 and not (stitched and self.width % 8),
-            "height": 1 <= self.height <= (8192 if stitched else self.width // 2),
+            "height": 1 <= self.height <= (self.width // 2 if round_ else 8192),
             "mount_height_m": 0.0 < self.mount_height_m < 10.0,
             "max_depth_m": 0.0 < self.max_depth_m < math.inf,
         }
@@ -143,6 +148,8 @@ class PanoramaCamera:
         """Vertical field of view; pixels are square."""
         if self.kind == "stitched":
             return self.quarter.vfov_rad
+        if self.kind == "cylindrical":
+            return 2 * math.atan(CYLINDER_LIFT)
         return 2 * math.pi * self.height / self.width
 
     @property
@@ -154,8 +161,14 @@ class PanoramaCamera:
         """A direction per pixel in the robot's frame (x forward, y left, z up).
 
         Where stitched, each has a unit component along its own pinhole's axis, so the ray
-        parameter of a hit is that pinhole's Z-depth; else it has unit length.
+        parameter of a hit is that pinhole's Z-depth; on a cylinder a unit horizontal component;
+        else it has unit length.
         """
+        if self.kind == "cylindrical":
+            yaw = math.pi - (np.arange(self.width) + 0.5) * (2 * math.pi / self.width)
+            up = CYLINDER_LIFT * (1.0 - (np.arange(self.height) + 0.5) * 2 / self.height)
+            yaw, up = np.meshgrid(yaw, up)
+            return np.stack([np.cos(yaw), np.sin(yaw), up], axis=-1).astype(np.float32)
         if self.kind == "equirectangular":
             yaw = math.pi - (np.arange(self.width) + 0.5) * (2 * math.pi / self.width)
             lift = (self.height / 2 - np.arange(self.height) - 0.5) * (2 * math.pi / self.width)

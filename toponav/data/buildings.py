@@ -151,9 +151,9 @@ def make_building(source: BuildingSource, dataset_dir: Path) -> Building:
 def _create(source: BuildingSource) -> tuple[Scene, TopologicalMap]:
     if source.kind == "office":
         from toponav.maps.construct import map_from_layout
-        from toponav.worlds.generate.office import generate_office
+        from toponav.worlds.generate.suites import suite_scene
 
-        scene = generate_office(source.seed)
+        scene = suite_scene("office", source.seed)
         return scene, map_from_layout(scene)
     if source.kind == "area":
         from toponav.maps.formats.canvas import load_area_map

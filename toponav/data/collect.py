@@ -52,7 +52,7 @@ from toponav.data.driving import (
 )
 from toponav.data.noise import NoiseConfig
 from toponav.data.parallel import check_workers, run_parallel
-from toponav.data.recording import TrajectoryMetadata
+from toponav.data.recording import ExtraImage, TrajectoryMetadata
 from toponav.data.storage import StoredTrajectory, TrajectoryWriter
 from toponav.maps.task import NavigationTask
 
@@ -80,6 +80,8 @@ class CollectConfig:
     """Where drives begin."""
     camera: PinholeCamera = field(default_factory=PinholeCamera)
     """The depth camera."""
+    images: tuple[ExtraImage, ...] = ()
+    """What is recorded besides depth."""
 
     def __post_init__(self) -> None:
         for name in ("episodes", "episodes_per_building", "attempts"):
@@ -104,7 +106,10 @@ class CollectConfig:
 
     def to_dict(self) -> dict[str, Any]:
         """The configuration as plain values."""
-        return {**dataclasses.asdict(self), "buildings": list(self.buildings)}
+        content = {**dataclasses.asdict(self), "buildings": list(self.buildings)}
+        images = content.pop("images")
+        # Left out where there are none, as before there were any.
+        return {**content, "images": list(images)} if images else content
 
     @staticmethod
     def from_dict(content: Mapping[str, Any]) -> "CollectConfig":
@@ -241,8 +246,10 @@ def finish_dataset(
 
 
 @functools.lru_cache(maxsize=1)
-def _site(out: Path, source: BuildingSource, camera: PinholeCamera) -> Site:
-    return Site(make_building(source, out), camera)
+def _site(
+    out: Path, source: BuildingSource, camera: PinholeCamera, images: tuple[ExtraImage, ...]
+) -> Site:
+    return Site(make_building(source, out), camera, images)
 
 
 def _record_chunk(
@@ -254,7 +261,7 @@ def _record_chunk(
     frames = 0
     for index in indices:
         source = source_of(index // config.episodes_per_building)
-        site = _site(out, source, config.camera)
+        site = _site(out, source, config.camera, config.images)
         stored = _record(out, config, site, driver, factory.source, index)
         frames += stored.end.frames
     return frames
@@ -277,6 +284,7 @@ def _record(
         camera=config.camera,
         source=source,
         noise_scale=config.noise.noise_scale,
+        images=config.images,
     )
     # What a learner does wrong is what it has to learn from: its drives are kept as they are.
     attempts = config.attempts if source == "expert" else 1

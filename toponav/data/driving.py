@@ -16,6 +16,7 @@ from toponav.core.vocabulary import NodeKind
 from toponav.data.buildings import Building
 from toponav.data.expert import Expert
 from toponav.data.noise import NoiseConfig, VelocityNoise
+from toponav.data.recording import ExtraImage
 from toponav.data.storage import TrajectoryWriter
 from toponav.maps.plan import Plan, shortest_plan
 from toponav.maps.task import NavigationTask
@@ -133,11 +134,15 @@ class Site:
     Args:
         building: Scene and map.
         camera: The depth camera.
+        images: What is recorded besides depth.
     """
 
-    def __init__(self, building: Building, camera: PinholeCamera) -> None:
+    def __init__(
+        self, building: Building, camera: PinholeCamera, images: tuple[ExtraImage, ...] = ()
+    ) -> None:
         self.building = building
-        self.simulation = Simulation(building.scene, camera)
+        self.images = images
+        self.simulation = Simulation(building.scene, camera, modalities=("depth", *images))
         self.expert = Expert(building.scene, building.map)
         self.truth = TruthLocalizer(building.map, building.scene)
         free = FreeSpace.of(building.scene, _CLEARANCE_M)
@@ -245,7 +250,8 @@ def drive(
             return "stuck", ""
         node = site.truth.node_at(state.pose)
         executed = simulation.limits.clip(driver.act(observation, state, command, node))
-        writer.append(observation.depth_m, state.pose, state.velocity, command, executed)
+        images = {name: getattr(observation, name) for name in site.images}
+        writer.append(observation.depth_m, state.pose, state.velocity, command, executed, images)
         if outcome != "success" and node == plan.nodes[-1]:
             outcome, steps_left = "success", min(steps_left, after_goal_steps + 1)
         try:

@@ -12,7 +12,7 @@ import pyarrow as pa
 from toponav.core.files import check_out_folder, write_atomically
 from toponav.data.dataset import ANNOTATIONS, read_manifest, read_table, trajectory_path
 from toponav.data.parallel import run_parallel
-from toponav.data.storage import read_trajectory
+from toponav.data.storage import read_summary, read_trajectory
 
 __all__ = ["export_npz"]
 
@@ -30,8 +30,8 @@ def export_npz(
 
     An archive holds `time_s`, `depth_mm`, `pose`, `velocity`, `command`, `executed`, the
     metadata as JSON text and, where the dataset is annotated, each frame's room, node, edge
-    and behaviour as text (empty where there is none). It loads without pickle. Archives that
-    are already there are kept.
+    and behaviour as text (empty where there is none); and `rgb` and `semantic` where these were
+    recorded. It loads without pickle. Archives that are already there are kept.
 
     Raises:
         InputError: The folder is not a dataset, or a file in it is broken.
@@ -55,7 +55,9 @@ def export_npz(
 def _export_some(dataset_dir: Path, out_dir: Path, indices: tuple[int, ...]) -> None:
     labels = _labels_of(dataset_dir, indices)
     for index in indices:
-        recording = read_trajectory(trajectory_path(dataset_dir, index))
+        path = trajectory_path(dataset_dir, index)
+        images = read_summary(path)[0].images
+        recording = read_trajectory(path, rgb="rgb" in images, semantic="semantic" in images)
         content: dict[str, Any] = {
             "metadata": np.array(recording.metadata.to_json()),
             "end": np.array(recording.end.to_json()),
@@ -65,6 +67,7 @@ def _export_some(dataset_dir: Path, out_dir: Path, indices: tuple[int, ...]) -> 
             "velocity": recording.velocity,
             "command": recording.command,
             "executed": recording.executed,
+            **{name: getattr(recording, name) for name in images},
             **labels.get(index, {}),
         }
         buffer = io.BytesIO()

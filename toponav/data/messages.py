@@ -11,7 +11,7 @@ import struct
 from typing import Any, Final
 
 import numpy as np
-from jaxtyping import UInt16
+from jaxtyping import UInt8, UInt16
 from rosbags.typesys import Stores, get_typestore
 
 from toponav.core.camera import PinholeCamera
@@ -37,6 +37,12 @@ _STAMP_AT = 4
 _POSE = struct.Struct("<7d")
 _TWIST = struct.Struct("<6d")
 _COVARIANCE_BYTES = 36 * 8
+_ENCODINGS: Final = {
+    "16UC1": (("16UC1", "mono16"), "<u2", 1),
+    "rgb8": (("rgb8",), "u1", 3),
+    "mono8": (("mono8", "8UC1"), "u1", 1),
+}
+"""Of each encoding that is written: what readers take for it, numbers and how many a pixel."""
 
 
 @functools.cache
@@ -69,42 +75,68 @@ def _twist() -> Any:
 
 
 class ImageCodec:
-    """Packs depth images in millimetres as sensor_msgs/msg/Image, encoding 16UC1."""
+    """Packs images as sensor_msgs/msg/Image.
+
+    Args:
+        width: Columns.
+        height: Rows.
+        encoding: `16UC1`, depth in millimetres; `rgb8`, colour; or `mono8`, classes.
+    """
 
     TYPE: Final = "sensor_msgs/msg/Image"
 
-    def __init__(self, width: int, height: int) -> None:
-        self._shape = (height, width)
-        self._bytes = width * height * 2
+    def __init__(self, width: int, height: int, encoding: str = "16UC1") -> None:
+        _, self._numbers, channels = _ENCODINGS[encoding]
+        self._shape = (height, width, 3) if channels == 3 else (height, width)
+        step = width * channels * np.dtype(self._numbers).itemsize
+        self._bytes = step * height
         message = _store().types[self.TYPE](
             header=_header(CAMERA_FRAME),
             height=height,
             width=width,
-            encoding="16UC1",
+            encoding=encoding,
             is_bigendian=0,
-            step=width * 2,
+            step=step,
             data=np.zeros(self._bytes, np.uint8),
         )
         self._prefix = bytearray(_serialized(message)[: -self._bytes])
 
-    def pack(self, depth_mm: UInt16[np.ndarray, "rows cols"], time_ns: int) -> bytes:
+    def pack(
+        self,
+        image: UInt16[np.ndarray, "rows cols"]
+        | UInt8[np.ndarray, "rows cols"]
+        | UInt8[np.ndarray, "rows cols 3"],
+        time_ns: int,
+    ) -> bytes:
         """The message for one image."""
-        assert depth_mm.shape == self._shape, (depth_mm.shape, self._shape)
+        assert image.shape == self._shape, (image.shape, self._shape)
         _STAMP.pack_into(self._prefix, _STAMP_AT, *divmod(time_ns, 10**9))
-        return b"".join((self._prefix, np.ascontiguousarray(depth_mm, "<u2").data))
+        return b"".join((self._prefix, np.ascontiguousarray(image, self._numbers).data))
 
     @staticmethod
-    def unpack(message: memoryview | bytes) -> UInt16[np.ndarray, "rows cols"]:
-        """The image of one message, without a copy."""
+    def unpack(
+        message: memoryview | bytes, encoding: str = "16UC1"
+    ) -> (
+        UInt16[np.ndarray, "rows cols"]
+        | UInt8[np.ndarray, "rows cols"]
+        | UInt8[np.ndarray, "rows cols 3"]
+    ):
+        """The image of one message, without a copy.
+
+        Raises:
+            ValueError: It has another encoding, or less in it than it says.
+        """
         (length,) = struct.unpack_from("<I", message, 12)
         at = 16 + (length + 3) // 4 * 4
         height, width, length = struct.unpack_from("<3I", message, at)
-        encoding = bytes(message[at + 12 : at + 11 + length])
-        count = height * width
-        if encoding not in (b"16UC1", b"mono16") or count * 2 > len(message):
-            raise ValueError(f"expected a 16UC1 image, got {encoding!r}, {width}x{height}")
-        pixels = np.frombuffer(message, "<u2", count, len(message) - 2 * count)
-        return pixels.reshape(height, width)
+        found = bytes(message[at + 12 : at + 11 + length])
+        names, numbers, channels = _ENCODINGS[encoding]
+        count = height * width * channels
+        size = count * np.dtype(numbers).itemsize
+        if found not in (name.encode() for name in names) or size > len(message):
+            raise ValueError(f"expected a {encoding} image, got {found!r}, {width}x{height}")
+        pixels = np.frombuffer(message, numbers, count, len(message) - size)
+        return pixels.reshape((height, width, 3) if channels == 3 else (height, width))
 
 
 class OdometryCodec:

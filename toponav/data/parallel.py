@@ -3,7 +3,7 @@
 import os
 import signal
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from toponav.core.errors import InputError
 
-__all__ = ["check_workers", "run_parallel"]
+__all__ = ["Failure", "check_workers", "guarded", "run_parallel"]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -21,7 +21,7 @@ _POLL_S = 0.5
 
 
 @dataclass(frozen=True)
-class _Failure:
+class Failure:
     """An `InputError` on its way between processes."""
 
     rule: str
@@ -49,8 +49,10 @@ def run_parallel(
     tasks: Sequence[Task],
     workers: int,
     on_poll: Callable[[int], None] | None = None,
+    *,
+    on_result: Callable[[Task, Result], None] | None = None,
 ) -> list[Result]:
-    """The results in the order of the tasks.
+    """The results in the order of the tasks; none where they are handed over one by one.
 
     With one worker everything runs in this process. The first error stops the rest.
 
@@ -59,6 +61,7 @@ def run_parallel(
         tasks: One call each.
         workers: Processes, at least 1.
         on_poll: Told here about twice a second, and at the end, how many tasks are done.
+        on_result: Called here with each task and its result, in the order that they finish.
 
     Raises:
         InputError: From a task, or when a worker was killed.
@@ -67,9 +70,13 @@ def run_parallel(
     poll = on_poll or (lambda done: None)
     if workers == 1 or len(tasks) <= 1:
         results = []
-        for task in tasks:
-            results.append(function(task))
-            poll(len(results))
+        for done, task in enumerate(tasks, start=1):
+            result = function(task)
+            if on_result is None:
+                results.append(result)
+            else:
+                on_result(task, result)
+            poll(done)
         return results
     context = get_context("spawn")
     stop = context.Event()
@@ -77,9 +84,13 @@ def run_parallel(
         min(workers, len(tasks)), context, _begin_worker, (stop, os.getpid())
     )
     try:
-        futures = [pool.submit(_guarded, function, task) for task in tasks]
-        _wait_for(futures, poll)
-        return [_result(future) for future in futures]
+        futures = {pool.submit(guarded, function, task): task for task in tasks}
+        if on_result is None:
+            _wait_for(futures, poll, lambda future: None)
+            return [_result(future) for future in futures]
+        deliver = on_result
+        _wait_for(futures, poll, lambda future: deliver(futures.pop(future), _result(future)))
+        return []
     except BrokenProcessPool as error:
         raise InputError(
             "a worker process ended before its work was done",
@@ -91,27 +102,34 @@ def run_parallel(
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _wait_for(futures: Sequence["Future[Any]"], poll: Callable[[int], None]) -> None:
+def _wait_for(
+    futures: Iterable["Future[Any]"],
+    poll: Callable[[int], None],
+    deliver: Callable[["Future[Any]"], None],
+) -> None:
     pending = set(futures)
+    total = len(pending)
     while pending:
         done, pending = wait(pending, timeout=_POLL_S, return_when=FIRST_COMPLETED)
         for future in done:
             _result(future)
-        poll(len(futures) - len(pending))
+            deliver(future)
+        poll(total - len(pending))
 
 
 def _result(future: "Future[Any]") -> Any:
     result = future.result()
-    if isinstance(result, _Failure):
+    if isinstance(result, Failure):
         raise InputError(result.rule, where=result.where, remedy=result.remedy)
     return result
 
 
-def _guarded(function: Callable[[Task], Result], task: Task) -> Result | _Failure:
+def guarded(function: Callable[[Task], Result], task: Task) -> Result | Failure:
+    """What the function makes of a task, or why it could not; sent between processes."""
     try:
         return function(task)
     except InputError as error:
-        return _Failure(error.rule, error.where, error.remedy)
+        return Failure(error.rule, error.where, error.remedy)
 
 
 def _begin_worker(stop: Any, parent: int) -> None:

@@ -3,19 +3,21 @@
 import dataclasses
 import json
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
-from jaxtyping import Float32, Float64, UInt16
+from jaxtyping import Float32, Float64, UInt8, UInt16
 
 from toponav.core.camera import PinholeCamera
 from toponav.core.files import check_file_name, parse_json
 from toponav.core.typed_json import from_json
 from toponav.maps.plan import Plan
 
-__all__ = ["Recording", "TrajectoryEnd", "TrajectoryMetadata"]
+__all__ = ["ExtraImage", "Recording", "TrajectoryEnd", "TrajectoryMetadata"]
 
 Parsed = TypeVar("Parsed")
+ExtraImage = Literal["rgb", "semantic"]
+"""What can be recorded besides depth."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class TrajectoryMetadata:
         source: Who drove, such as `expert` or `dagger-1`.
         noise_scale: Factor on the noise of equation 3 that this trajectory was driven with.
         attempt: How many earlier attempts missed the goal.
+        images: What was recorded besides depth.
     """
 
     index: int
@@ -47,10 +50,13 @@ class TrajectoryMetadata:
     source: str = "expert"
     noise_scale: float = 1.0
     attempt: int = 0
+    images: tuple[ExtraImage, ...] = ()
 
     def to_json(self) -> str:
         """The metadata as JSON text, the same text for the same metadata."""
         content = dataclasses.asdict(self)
+        if not self.images:  # as before there were any
+            del content["images"]
         plan = {"nodes": list(self.plan.nodes), "edges": list(self.plan.edges)}
         return json.dumps({"schema": 1, **content, "plan": plan}, sort_keys=True)
 
@@ -120,6 +126,8 @@ class Recording:
         velocity: Measured linear (m/s) and angular (rad/s) velocity.
         command: What the expert would do here: the label.
         executed: What the robot was told: the command with noise, or an agent's own.
+        rgb: Colour images; empty if not recorded or not read.
+        semantic: `SemanticClass` of what each pixel shows, 255 for nothing; likewise.
     """
 
     metadata: TrajectoryMetadata
@@ -130,6 +138,8 @@ class Recording:
     velocity: Float32[np.ndarray, "frames 2"]
     command: Float32[np.ndarray, "frames 2"]
     executed: Float32[np.ndarray, "frames 2"]
+    rgb: UInt8[np.ndarray, "colors rows cols 3"]
+    semantic: UInt8[np.ndarray, "labels rows cols"]
 
     def __len__(self) -> int:
         return len(self.time_s)

@@ -9,9 +9,10 @@ import hashlib
 import io
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -27,6 +28,13 @@ from toponav.core.episode import Velocity
 from toponav.core.errors import InputError
 from toponav.core.files import read_bytes, write_atomically
 from toponav.core.geometry import Pose2
+from toponav.data.bag_images import (
+    DEPTH_TOPIC,
+    EXTRA_ENCODINGS,
+    EXTRA_TOPICS,
+    image_readers,
+    kept_images,
+)
 from toponav.data.messages import (
     ImageCodec,
     OdometryCodec,
@@ -35,7 +43,7 @@ from toponav.data.messages import (
     definition_of,
     text_message,
 )
-from toponav.data.recording import Recording, TrajectoryEnd, TrajectoryMetadata
+from toponav.data.recording import ExtraImage, Recording, TrajectoryEnd, TrajectoryMetadata
 
 __all__ = [
     "StoredTrajectory",
@@ -47,7 +55,6 @@ __all__ = [
     "write_atomically",
 ]
 
-DEPTH_TOPIC: Final = "/camera/depth/image_raw"
 CAMERA_TOPIC: Final = "/camera/depth/camera_info"
 ODOMETRY_TOPIC: Final = "/odom"
 COMMAND_TOPIC: Final = "/cmd_vel"
@@ -127,6 +134,10 @@ class TrajectoryWriter:
         self._writer.start(profile="ros2", library="toponav")
         self._channels = self._register()
         self._image, self._odometry = ImageCodec(camera.width, camera.height), OdometryCodec()
+        self._extra = {
+            name: ImageCodec(camera.width, camera.height, EXTRA_ENCODINGS[name])
+            for name in metadata.images
+        }
         self._twist = TwistCodec()
         self._scaled = np.empty((camera.height, camera.width), np.float32)
         self.frames = 0
@@ -143,6 +154,11 @@ class TrajectoryWriter:
         return {
             topic: self._writer.register_channel(topic, "cdr", schemas[name])
             for topic, name in _TOPICS.items()
+        } | {
+            EXTRA_TOPICS[name]: self._writer.register_channel(
+                EXTRA_TOPICS[name], "cdr", schemas[ImageCodec.TYPE]
+            )
+            for name in self._metadata.images
         }
 
     def _add(self, topic: str, time_ns: int, message: bytes) -> None:
@@ -155,13 +171,26 @@ class TrajectoryWriter:
         velocity: Velocity,
         command: Velocity,
         executed: Velocity,
+        images: Mapping[ExtraImage, np.ndarray] = MappingProxyType({}),
     ) -> None:
-        """Add a frame: what was seen where, what to do there, and what was done."""
+        """Add a frame: what was seen where, what to do there, and what was done.
+
+        Args:
+            depth_m: Z-depth; whole millimetres of it are kept.
+            pose: The true pose.
+            velocity: The measured velocity.
+            command: What the expert would do here.
+            executed: What the robot was told.
+            images: Each of the images that the metadata names.
+        """
+        assert images.keys() == self._extra.keys(), (list(images), list(self._extra))
         time_ns = self.frames * self._period_ns
         np.multiply(depth_m, np.float32(1000.0), out=self._scaled)
         self._scaled += np.float32(0.5)
         image = self._image.pack(self._scaled.astype(np.uint16), time_ns)
         self._add(DEPTH_TOPIC, time_ns, image)
+        for name, codec in self._extra.items():
+            self._add(EXTRA_TOPICS[name], time_ns, codec.pack(images[name], time_ns))
         self._add(ODOMETRY_TOPIC, time_ns, self._odometry.pack(pose, velocity, time_ns))
         self._add(COMMAND_TOPIC, time_ns, self._twist.pack(command, time_ns))
         self._add(EXECUTED_TOPIC, time_ns, self._twist.pack(executed, time_ns))
@@ -257,20 +286,36 @@ def _channel_at(view: memoryview, at: int) -> tuple[int, str]:
     return channel, bytes(view[at + 8 : at + 8 + length]).decode()
 
 
-def read_trajectory(path: Path, *, depth: bool = True, validate: bool = False) -> Recording:
+def read_trajectory(
+    path: Path,
+    *,
+    depth: bool = True,
+    rgb: bool = False,
+    semantic: bool = False,
+    validate: bool = False,
+) -> Recording:
     """The trajectory in a bag, as arrays.
 
     Args:
         path: An `.mcap` file written by `TrajectoryWriter`.
-        depth: Whether to keep the images; without them `depth_mm` is empty.
+        depth: Whether to keep the depth images; without them `depth_mm` is empty.
+        rgb: Whether to keep the colour images.
+        semantic: Whether to keep the images of classes.
         validate: Whether to check every CRC.
 
     Raises:
-        InputError: The file is missing, cut, altered or lacks a topic.
+        InputError: The file is missing, cut, altered or lacks a topic, or was recorded without
+            the images that are asked for.
+
+    Example:
+        >>> recording = read_trajectory(Path("data/trajectories/000000.mcap"), rgb=True)
     """
     content = _opened(path)
+    asked = {"depth": depth, "rgb": rgb, "semantic": semantic}
     try:
-        return _parse(content, depth, validate)
+        return _parse(path, content, {name for name, is_on in asked.items() if is_on}, validate)
+    except InputError:
+        raise
     except _UNREADABLE as error:
         raise _broken(path, error) from error
 
@@ -290,29 +335,22 @@ def depth_images(path: Path) -> Iterator[UInt16[np.ndarray, "rows cols"]]:
         raise _broken(path, error) from error
 
 
-def _parse(content: bytes, depth: bool, validate: bool) -> Recording:
+def _parse(path: Path, content: bytes, wanted: set[str], validate: bool) -> Recording:
     metadata, end = _summary(content)
-    shape = (end.frames if depth else 0, metadata.camera.height, metadata.camera.width)
-    images = np.empty(shape, np.uint16)
+    images = image_readers(path, metadata, end.frames, wanted)
     rows: dict[str, list[tuple[float, ...]]] = {ODOMETRY_TOPIC: []}
     rows |= {COMMAND_TOPIC: [], EXECUTED_TOPIC: []}
     times_ns: list[int] = []
-    seen = 0
     for topic, time_ns, message in _messages(content, validate):
         if topic == ODOMETRY_TOPIC:
             rows[topic].append(OdometryCodec.unpack(message))
             times_ns.append(time_ns)
         elif topic in rows:
             rows[topic].append(TwistCodec.unpack(message))
-        elif topic == DEPTH_TOPIC:
-            image = ImageCodec.unpack(message)
-            if image.shape != shape[1:]:
-                rows_cols = "x".join(map(str, image.shape))
-                raise ValueError(f"image {seen} must be of the camera's size, got {rows_cols}")
-            if depth:
-                images[seen] = image
-            seen += 1
-    counts = {DEPTH_TOPIC: seen} | {topic: len(values) for topic, values in rows.items()}
+        elif topic in images:
+            images[topic].take(message)
+    counts = {topic: one.seen for topic, one in images.items()}
+    counts |= {topic: len(values) for topic, values in rows.items()}
     if set(counts.values()) != {end.frames}:
         raise ValueError(f"each topic must hold {end.frames} messages, got {counts}")
     odometry = np.array(rows[ODOMETRY_TOPIC], np.float64).reshape(-1, 5)
@@ -324,11 +362,13 @@ def _parse(content: bytes, depth: bool, validate: bool) -> Recording:
         metadata=metadata,
         end=end,
         time_s=np.array(times_ns, np.float64) / 1e9,
-        depth_mm=images,
+        depth_mm=images[DEPTH_TOPIC].kept,
         pose=np.ascontiguousarray(odometry[:, :3]),
         velocity=odometry[:, 3:].astype(np.float32),
         command=np.array(rows[COMMAND_TOPIC], np.float32).reshape(-1, 2),
         executed=np.array(rows[EXECUTED_TOPIC], np.float32).reshape(-1, 2),
+        rgb=kept_images(images, EXTRA_TOPICS["rgb"], metadata.camera),
+        semantic=kept_images(images, EXTRA_TOPICS["semantic"], metadata.camera),
     )
 
 

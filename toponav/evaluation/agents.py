@@ -1,13 +1,13 @@
 """The registry of agents: what each name means, and how a command line chooses among them."""
 
-import importlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Agent, VelocityLimits
 from toponav.core.errors import InputError, did_you_mean
+from toponav.evaluation.choice import Choice, imported_factory
 from toponav.evaluation.privileged import ExpertAgent, GroundTruthLocationAgent
 from toponav.maps.spec import TopologicalMap
 from toponav.maps.task import NavigationTask
@@ -82,62 +82,13 @@ class AgentSpec:
 
 
 @dataclass(frozen=True)
-class AgentChoice:
-    """An agent as it is chosen for an evaluation: name, weights, settings, and a label.
-
-    Attributes:
-        agent: Name in the registry, or `module:factory`.
-        weights: Its own folder or preset of weights; None is what the evaluation says.
-        options: Settings of the agent, as names and values.
-        label: Name in the results.
-    """
-
-    agent: str
-    weights: str | None = None
-    options: tuple[tuple[str, str], ...] = ()
-    label: str = ""
+class AgentChoice(Choice):
+    """An agent of the GraphNav suite as it is chosen for an evaluation."""
 
     def __post_init__(self) -> None:
-        if not self.label:
-            weights = f"={self.weights}" if self.weights else ""
-            options = "".join(f",{name}={value}" for name, value in self.options)
-            object.__setattr__(self, "label", f"{self.agent}{weights}{options}")
-        if not self.label.isprintable() or len(self.label) > 120:
-            raise InputError(
-                f"a label is up to 120 printable characters, got {self.label[:40]!r}",
-                where="--agent",
-                remedy="give a shorter one with ,label=NAME",
-            )
+        super().__post_init__()
         check_agent_name(self.agent)
         self._check_options()
-
-    @staticmethod
-    def parse(text: str) -> "AgentChoice":
-        """What `NAME`, `NAME=WEIGHTS` or `NAME=WEIGHTS,setting=value,label=LABEL` says.
-
-        Example:
-            >>> from toponav.evaluation.agents import AgentChoice
-            >>> choice = AgentChoice.parse("graphnav_pf=compact,avoidance=off")
-            >>> choice.agent, choice.weights, choice.options
-            ('graphnav_pf', 'compact', (('avoidance', 'off'),))
-            >>> choice.label
-            'graphnav_pf=compact,avoidance=off'
-        """
-        first, *rest = text.split(",")
-        name, _, weights = first.partition("=")
-        options: dict[str, str] = {"weights": weights} if weights else {}
-        for part in rest:
-            key, equals, value = part.partition("=")
-            if not equals or not key or not value or key in options:
-                raise InputError(
-                    f"'{part}' is no setting of its own",
-                    where=f"--agent {text}",
-                    remedy="write NAME=WEIGHTS,setting=value,label=LABEL; all but NAME may be "
-                    "left out",
-                )
-            options[key] = value
-        own, label = options.pop("weights", None), options.pop("label", "")
-        return AgentChoice(name, own, tuple(options.items()), label)
 
     @property
     def spec(self) -> AgentSpec | None:
@@ -353,7 +304,7 @@ def check_agent_name(name: str) -> None:
         InputError: Otherwise; offers the nearest name.
     """
     if ":" in name:
-        _imported_factory(name)
+        imported_factory(name, "an AgentContext")
     elif name not in AGENTS:
         raise InputError(
             f"no agent is called '{name}'",
@@ -395,7 +346,8 @@ def make_agent(name: str, context: AgentContext) -> Agent[NavigationTask]:
     """
     check_agent_name(name)
     if ":" in name:
-        return _imported_factory(name)(context)
+        agent: Agent[NavigationTask] = imported_factory(name, "an AgentContext")(context)
+        return agent
     return AGENTS[name].build(context)
 
 
@@ -419,23 +371,3 @@ def title_of(label: str, agent: str | None = None) -> str:
         return AGENTS[base].title + (f" ({distinct})" if distinct else "")
     known = AGENTS.get(agent or "")
     return f"{known.title} ({label})" if known is not None else label
-
-
-def _imported_factory(name: str) -> Builder:
-    module_name, _, attribute = name.partition(":")
-    try:
-        factory: Any = getattr(importlib.import_module(module_name), attribute)
-    except (ImportError, AttributeError, ValueError, TypeError) as error:
-        raise InputError(
-            f"'{name}' cannot be imported: {error}",
-            where="--agent",
-            remedy="give module:factory of an installed module, or a name of the registry",
-        ) from None
-    if not callable(factory):
-        raise InputError(
-            f"'{name}' is not callable",
-            where="--agent",
-            remedy="name a function that takes an AgentContext and returns an agent",
-        )
-    made: Builder = factory
-    return made

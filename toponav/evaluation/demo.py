@@ -31,6 +31,7 @@ from toponav.worlds.storage import save_scene
 __all__ = ["DemoConfig", "DemoResult", "run_demo"]
 
 _SUITE = "offices-test"
+_HOMES, _SEARCH = "homes-test", 0
 _PLAN_NODES = range(6, 17)
 _CANDIDATES = 60
 _FILM_FPS = 15.0
@@ -56,6 +57,8 @@ class DemoConfig:
     """Other weights than those that ship."""
     seed: int = 0
     """Seed of the plans."""
+    search: bool = True
+    """Whether the page also shows a search for the place in a picture, in an unseen home."""
 
     def __post_init__(self) -> None:
         seeds = suite(_SUITE).seeds
@@ -142,6 +145,7 @@ def run_demo(config: DemoConfig, progress: Progress | None = None) -> DemoResult
         area_m2=float((scene.room_index >= 0).sum()) * scene.grid.resolution_m**2,
         real_time_factor=_real_time_factor(drives),
         facts=_facts(config, scene),
+        search=_search(config, report_progress) if config.search else "",
     )
     report_progress("writing the page", 0, 1)
     return DemoResult(_write(config, report), report)
@@ -254,6 +258,20 @@ def _film(config: DemoConfig, worker: EpisodeWorker, hero: _Drive, progress: Pro
         path = Path(folder) / "drive.mp4"
         write_film(path, counted(), _FILM_FPS)
         return path.read_bytes()
+
+
+def _search(config: DemoConfig, progress: Progress) -> str:
+    """Films the image-goal agent in a home; the section of the page that shows it."""
+    from toponav.evaluation.imagenav.agents import ImageNavChoice
+    from toponav.evaluation.imagenav.episode_sets import load_episode_set
+    from toponav.evaluation.imagenav.page import film_episode, search_section
+    from toponav.evaluation.imagenav.worker import ImageNavSettings, ImageNavWorker
+
+    progress("looking for a place", 0, 1)
+    name = "nts_rgbd"
+    worker = ImageNavWorker(ImageNavSettings(seed=config.seed), [ImageNavChoice.parse(name)])
+    episode = load_episode_set(_HOMES, ["medium"], _SEARCH + 1)[_SEARCH]
+    return search_section(film_episode(worker, name, episode, config.out / "image-goal"))
 
 
 def _real_time_factor(drives: list[_Drive]) -> float:

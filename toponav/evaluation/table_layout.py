@@ -19,6 +19,7 @@ __all__ = [
     "percent",
     "to_csv",
     "to_latex",
+    "to_markdown",
     "to_rich",
 ]
 
@@ -98,6 +99,16 @@ def to_latex(table: PaperTable) -> str:
             lines.append(r"\addlinespace")
         lines.append(" & ".join(map(_latex, row)) + r" \\")
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", r"\end{table*}"]) + "\n"
+
+
+def to_markdown(table: PaperTable) -> str:
+    """The table for a page of documentation, its title and notes around it."""
+    names = table.name_columns
+    aligned = ["---"] * names + ["--:"] * (len(table.columns) - names)
+    rows = [" | ".join(cell.replace("|", "\\|") for cell in row) for row in table.rows]
+    lines = [" | ".join(table.columns), " | ".join(aligned), *rows]
+    body = "\n".join(f"| {line} |" for line in lines)
+    return "\n\n".join([f"**{table.title}**", body, *table.notes])
 
 
 _LATEX = str.maketrans(

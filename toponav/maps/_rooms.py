@@ -10,6 +10,7 @@ from jaxtyping import Int32
 from toponav.core.vocabulary import NodeKind
 from toponav.maps._openings import Opening
 from toponav.maps._places import Entrance
+from toponav.maps._segmented import LEAST_ROOM_M2
 from toponav.maps.spec import Node
 from toponav.worlds.free_space import FreeSpace
 from toponav.worlds.scene import Scene
@@ -87,10 +88,14 @@ def room_nodes(
 def _between(
     scene: Scene, openings: list[Opening], passage_rooms: set[int], reached: set[int]
 ) -> list[Opening]:
-    """Openings between enclosed rooms to draw."""
+    """Openings between enclosed rooms to draw; where no door is named, none into cupboards."""
     inner = [o for o in openings if not set(o.rooms) & passage_rooms]
     if scene.doors:
         return inner
+    area_m2 = [
+        (scene.room_index == n).sum() * scene.grid.resolution_m**2 for n in range(len(scene.rooms))
+    ]
+    inner = [o for o in inner if min(area_m2[n] for n in o.rooms) >= LEAST_ROOM_M2]
     chosen: list[Opening] = []
     reached = set(reached)
     if not reached and inner:

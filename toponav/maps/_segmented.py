@@ -12,9 +12,10 @@ from toponav.worlds.rooms import outline_m
 from toponav.worlds.scene import Room, Scene
 from toponav.worlds.segment_rooms import Opening, segment_rooms
 
-__all__ = ["with_rooms"]
+__all__ = ["LEAST_ROOM_M2", "with_rooms"]
 
-_LEAST_ROOM_M2 = 1.5
+LEAST_ROOM_M2 = 1.5
+"""What is smaller is a cupboard."""
 _ELONGATED = 2.8
 """A region this many times as large as the square around its largest circle is a hallway."""
 _NARROW_M = 2.0
@@ -41,7 +42,7 @@ def with_rooms(scene: Scene) -> Scene:
     found = segment_rooms(scene.occupied, cell_m, outside=_outdoors(scene.occupied))
     labels = np.where(scene.occupied, -1, found.room_index)
     area_m2 = np.bincount(labels[labels >= 0], minlength=found.rooms) * cell_m**2
-    keep = [number for number in range(found.rooms) if area_m2[number] >= _LEAST_ROOM_M2]
+    keep = [number for number in range(found.rooms) if area_m2[number] >= LEAST_ROOM_M2]
     edge = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
     inner = [number for number in keep if number not in set(edge.tolist())]
     if len(inner) > 1 and area_m2[inner].sum() > _INDOORS * area_m2.sum():

@@ -23,6 +23,7 @@ __all__ = ["SCHEMA_VERSION", "GhostNode", "ImageEdge", "ImageGraph", "ImageNode"
 SCHEMA_VERSION = 1
 _GRAPH = "graph.json"
 _MOST_NODES = 10_000
+_CELL_M = 4.0
 _REMEDY = "name a folder that ImageGraph.save wrote"
 
 
@@ -74,12 +75,15 @@ class GhostNode:
         direction: Bin of the direction, from the node's heading.
         distance_m: How far it lies from the node.
         score: How fast the goal may be reached that way, 0..1, where scored.
+        bearing_rad: Where in its direction it lies, from the node's heading; the middle where
+            nothing is known.
     """
 
     node: int
     direction: int
     distance_m: float = NODE_RADIUS_M
     score: float | None = None
+    bearing_rad: float | None = None
 
 
 @dataclass(eq=False)
@@ -94,6 +98,7 @@ class ImageGraph:
     nodes: list[ImageNode] = field(default_factory=list)
     ghosts: list[GhostNode] = field(default_factory=list)
     _edges: dict[tuple[int, int], ImageEdge] = field(default_factory=dict)
+    _cells: dict[tuple[int, int], list[int]] = field(default_factory=dict)
 
     @property
     def edges(self) -> tuple[ImageEdge, ...]:
@@ -108,8 +113,25 @@ class ImageGraph:
         features: Float32[np.ndarray, "features azimuths"] | None = None,
     ) -> int:
         """The number of a new node."""
-        self.nodes.append(ImageNode(len(self.nodes), pose, step, panorama, features))
-        return len(self.nodes) - 1
+        number = len(self.nodes)
+        self.nodes.append(ImageNode(number, pose, step, panorama, features))
+        self._cells.setdefault(_cell_of(pose), []).append(number)
+        return number
+
+    def nodes_near(self, pose: Pose2, reach_m: float) -> list[tuple[float, int]]:
+        """Distance and number of the nodes within a reach, the nearest first.
+
+        Looks at what lies around alone: what it costs does not grow with the graph.
+        """
+        row, col = _cell_of(pose)
+        around = math.ceil(reach_m / _CELL_M)
+        found = [
+            (pose.distance_to(self.nodes[number].pose), number)
+            for r in range(row - around, row + around + 1)
+            for c in range(col - around, col + around + 1)
+            for number in self._cells.get((r, c), ())
+        ]
+        return sorted(one for one in found if one[0] < reach_m)
 
     def add_edge(self, source: int, target: int, relative: Pose2 | None = None) -> None:
         """Connects two nodes; nothing happens where they are connected or the same.
@@ -137,9 +159,15 @@ class ImageGraph:
 
     def pose_of_ghost(self, ghost: GhostNode) -> Pose2:
         """Where a ghost lies, in the frame of the start, heading away from its node."""
-        away = direction_of_bin(ghost.direction)
+        away = self.bearing_of_ghost(ghost)
         x_m, y_m = ghost.distance_m * math.cos(away), ghost.distance_m * math.sin(away)
         return self.nodes[ghost.node].pose.compose(Pose2(x_m, y_m, away))
+
+    def bearing_of_ghost(self, ghost: GhostNode) -> float:
+        """The direction of a ghost, from its node's heading."""
+        if ghost.bearing_rad is not None:
+            return ghost.bearing_rad
+        return direction_of_bin(ghost.direction)
 
     def patch_of_ghost(self, ghost: GhostNode) -> UInt8[np.ndarray, "height part 3"] | None:
         """The part of its node's panorama that looks towards a ghost."""
@@ -211,6 +239,7 @@ class ImageGraph:
                     "direction": ghost.direction,
                     "distance_m": ghost.distance_m,
                     "score": ghost.score,
+                    "bearing_rad": ghost.bearing_rad,
                 }
                 for ghost in self.ghosts
             ],
@@ -279,15 +308,21 @@ def _read_parts(graph: ImageGraph, document: dict[str, object], folder: Path) ->
         source, target = (_number(record[end], len(nodes)) for end in ("source", "target"))
         graph.add_edge(source, target, _pose(record["relative"]))
     for record in ghosts:
-        score = record["score"]
+        score, bearing_rad = record["score"], record.get("bearing_rad")
         graph.ghosts.append(
             GhostNode(
                 _number(record["node"], len(nodes)),
                 _number(record["direction"], DIRECTIONS),
                 float(record["distance_m"]),
                 None if score is None else float(score),
+                None if bearing_rad is None else wrap_angle(float(bearing_rad)),
             )
         )
+
+
+def _cell_of(pose: Pose2) -> tuple[int, int]:
+    """Row and column of the cell in which a node is looked up."""
+    return math.floor(pose.y_m / _CELL_M), math.floor(pose.x_m / _CELL_M)
 
 
 def _list(value: object) -> list[dict[str, Any]]:

@@ -24,6 +24,8 @@ from toponav.core.files import read_json_object, write_atomically
 from toponav.core.typed_json import from_json
 from toponav.core.vocabulary import Behavior
 from toponav.models.baselines.behavrnn import BehavRNN
+from toponav.models.baselines.image_goal import ImageGoalNetwork
+from toponav.models.baselines.image_goal_presets import ImageGoalConfig
 from toponav.models.baselines.phasenet import PhaseNet
 from toponav.models.baselines.presets import BehavRNNConfig, PhaseNetConfig
 from toponav.models.graphnav.behavior import BehaviorNetwork
@@ -41,6 +43,7 @@ __all__ = [
     "MetricWeights",
     "Network",
     "checkpoint_metadata",
+    "find_weights",
     "holds_metric_weights",
     "load_any_weights",
     "load_behavrnn",
@@ -63,6 +66,7 @@ Network = (
     | PoseNetwork
     | SteeringNetwork
     | NTSNetwork
+    | ImageGoalNetwork
 )
 
 _REGISTRY: dict[str, tuple[type[Network], type[Any]]] = {
@@ -73,6 +77,7 @@ _REGISTRY: dict[str, tuple[type[Network], type[Any]]] = {
     "pose": (PoseNetwork, PoseConfig),
     "steering": (SteeringNetwork, SteeringConfig),
     "nts": (NTSNetwork, NTSConfig),
+    "image_goal": (ImageGoalNetwork, ImageGoalConfig),
 }
 _MOST_BYTES = 2 << 30
 _MOST_HEADER_BYTES = 1 << 20
@@ -179,7 +184,7 @@ def load_weights(name_or_dir: str | Path = "compact") -> GraphNavWeights:
     Raises:
         InputError: There are no such weights, or one of the files is broken.
     """
-    directory = _find_weights(name_or_dir)
+    directory = find_weights(name_or_dir)
     behaviors = {}
     for behavior in Behavior:
         path = directory / f"behavior_{behavior}.safetensors"
@@ -204,7 +209,7 @@ def holds_metric_weights(name_or_dir: str | Path) -> bool:
     Raises:
         InputError: There are no such weights.
     """
-    return (_find_weights(name_or_dir) / "steering.safetensors").is_file()
+    return (find_weights(name_or_dir) / "steering.safetensors").is_file()
 
 
 def load_metric_weights(name_or_dir: str | Path = "best") -> MetricWeights:
@@ -213,7 +218,7 @@ def load_metric_weights(name_or_dir: str | Path = "best") -> MetricWeights:
     Raises:
         InputError: There are no such weights, or one of the files is broken.
     """
-    directory = _find_weights(name_or_dir)
+    directory = find_weights(name_or_dir)
     pose = load_checkpoint(directory / "pose.safetensors")
     steering = load_checkpoint(directory / "steering.safetensors")
     if not (isinstance(pose, PoseNetwork) and isinstance(steering, SteeringNetwork)):
@@ -276,7 +281,7 @@ def load_nts(name_or_dir: str | Path = "nts", *, depth: bool) -> NTSNetwork:
         InputError: There is none, or its files are broken.
     """
     name = "nts_rgbd" if depth else "nts_rgb"
-    path = _find_weights(name_or_dir) / f"{name}.safetensors"
+    path = find_weights(name_or_dir) / f"{name}.safetensors"
     if not path.is_file():
         raise InputError(
             f"these weights have no {name}",
@@ -291,7 +296,7 @@ def load_nts(name_or_dir: str | Path = "nts", *, depth: bool) -> NTSNetwork:
 
 
 def _load_baseline(name_or_dir: str | Path, kind: str) -> Network:
-    path = _find_weights(name_or_dir) / f"{kind}.safetensors"
+    path = find_weights(name_or_dir) / f"{kind}.safetensors"
     if not path.is_file():
         raise InputError(
             f"these weights have no {kind}",
@@ -309,7 +314,12 @@ def _load_baseline(name_or_dir: str | Path, kind: str) -> Network:
     return network
 
 
-def _find_weights(name_or_dir: str | Path) -> Path:
+def find_weights(name_or_dir: str | Path) -> Path:
+    """The folder itself, or that of the weights that ship under a preset's name.
+
+    Raises:
+        InputError: There are no such weights.
+    """
     directory = Path(name_or_dir)
     if directory.is_dir():
         return directory

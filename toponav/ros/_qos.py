@@ -10,10 +10,14 @@ from rclpy.qos import (
     qos_profile_sensor_data,
 )
 
-__all__ = ["COMMAND", "LATCHED", "RELIABLE", "SENSOR"]
+__all__ = ["COMMAND", "LATCHED", "RELIABLE", "SENSOR", "SENSOR_KEPT"]
 
 SENSOR: Final = qos_profile_sensor_data
 """Best effort: a late image is worth nothing."""
+SENSOR_KEPT: Final = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=50, reliability=ReliabilityPolicy.BEST_EFFORT
+)
+"""For who wants every image, late or not."""
 RELIABLE: Final = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=10)
 COMMAND: Final = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1)
 LATCHED: Final = QoSProfile(

@@ -7,29 +7,26 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import rclpy
 from geometry_msgs.msg import Twist, TwistStamped
-from jaxtyping import Float32
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
-from sensor_msgs.msg import CameraInfo, Image
 from toponav_msgs.action import FollowPlan
 from visualization_msgs.msg import MarkerArray
 
 from toponav.core.camera import PinholeCamera
 from toponav.core.episode import Agent, Velocity, VelocityLimits
 from toponav.core.errors import InputError
-from toponav.data.image_messages import CameraModel, Reprojector, depth_of_image
 from toponav.maps.spec import TopologicalMap
 from toponav.maps.task import NavigationTask
 from toponav.ros import _fill, _qos
 from toponav.ros.agent_loop import STOP, DriveConfig, DriveLoop, DriveResult, Progress
+from toponav.ros.camera_node import CameraNode
 from toponav.ros.markers import belief_markers, map_markers
 from toponav.ros.presets import RobotPreset, robot_preset
 from toponav.ros.tasks import task_of_goal
@@ -39,7 +36,7 @@ __all__ = ["AgentNode", "AgentNodeConfig"]
 
 _NS: Final = 10**9
 _SIGNALS_S: Final = 0.2
-_WATCH_S: Final = 0.05
+_WATCH_S: Final = 0.02
 _WAIT_S: Final = 0.1
 
 
@@ -53,11 +50,6 @@ class AgentNodeConfig:
     """Whether time comes from /clock; commands then carry the stamp of the frame they answer."""
     watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
     drive: DriveConfig = field(default_factory=DriveConfig)
-
-
-class _Frame(NamedTuple):
-    depth_m: Float32[np.ndarray, "height width"]
-    stamp_ns: int
 
 
 class AgentNode(Node):  # type: ignore[misc]
@@ -77,9 +69,9 @@ class AgentNode(Node):  # type: ignore[misc]
         camera: PinholeCamera,
         config: AgentNodeConfig,
     ) -> None:
-        time_source = Parameter("use_sim_time", Parameter.Type.BOOL, config.use_sim_time)
-        super().__init__("toponav_agent", parameter_overrides=[time_source])
+        super().__init__("toponav_agent")
         self._map, self._camera, self.config = map_, camera, config
+        self._eyes = CameraNode(config.robot, camera, config.use_sim_time)
         self._agent = load_agent(camera)
         self._warm_up()
         limits = config.robot.limits
@@ -89,27 +81,12 @@ class AgentNode(Node):  # type: ignore[misc]
         self._loop: DriveLoop | None = None
         self._busy = threading.Lock()
         self._sending = threading.Lock()
-        self._fresh = threading.Condition()
-        self._frame: _Frame | None = None
-        self._reprojector: Reprojector | None = None
-        self._complaint = ""
         self._closing = threading.Event()
         kind = TwistStamped if config.robot.stamped else Twist
         self._commands = self.create_publisher(kind, config.robot.cmd_vel, _qos.COMMAND)
         self._map_markers = self.create_publisher(MarkerArray, "~/markers", _qos.LATCHED)
         self._map_markers.publish(map_markers(map_, "map"))
         self._belief_markers = self.create_publisher(MarkerArray, "~/belief", _qos.LATCHED)
-        sensors = MutuallyExclusiveCallbackGroup()
-        self.create_subscription(
-            Image, config.robot.depth, self._on_depth, _qos.SENSOR, callback_group=sensors
-        )
-        self.create_subscription(
-            CameraInfo,
-            config.robot.camera_info,
-            self._on_info,
-            _qos.SENSOR,
-            callback_group=sensors,
-        )
         self._server = ActionServer(
             self,
             FollowPlan,
@@ -122,15 +99,12 @@ class AgentNode(Node):  # type: ignore[misc]
         self._watcher = threading.Thread(target=self._watch, name="watchdog", daemon=True)
         self._watcher.start()
 
-    def now_s(self) -> float:
-        """ROS time: the system's clock, or the simulator's."""
-        seconds: float = self.get_clock().now().nanoseconds / _NS
-        return seconds
-
     def run(self) -> None:
         """Serve until ROS shuts down; the robot is told to stop at the end."""
-        executor = MultiThreadedExecutor(num_threads=4)
+        # One thread drives, one answers cancellations and parameters; frames have their own.
+        executor = MultiThreadedExecutor(num_threads=3)
         executor.add_node(self)
+        self._eyes.begin()
         try:
             # With a timeout: Python handles SIGTERM and Ctrl-C between two waits only.
             while rclpy.ok():
@@ -142,6 +116,8 @@ class AgentNode(Node):  # type: ignore[misc]
             if rclpy.ok():
                 self._send(STOP, None)
             executor.shutdown(timeout_sec=1.0)
+            self._eyes.close()
+            self._eyes.destroy_node()
 
     def _warm_up(self) -> None:
         """A first decision on a made-up frame, so that compiling delays no robot."""
@@ -153,77 +129,24 @@ class AgentNode(Node):  # type: ignore[misc]
         for number in range(2):
             loop.step(frame + np.float32(number), float(number), lambda: 0.0)
 
-    # Frames.
-
-    def _on_info(self, message: CameraInfo) -> None:
-        model = CameraModel(
-            message.width, message.height, message.k[0], message.k[4], message.k[2], message.k[5]
-        )
-        known = self._reprojector
-        if known is not None and known.source == model:
-            return
-        try:
-            self._reprojector = Reprojector(model, self._camera)
-        except InputError as error:
-            self._complain(str(error))
-            return
-        share = self._reprojector.seen_share
-        if share < 0.95:
-            self.get_logger().warning(
-                f"this camera covers {share:.0%} of what the networks were trained to see; "
-                "expect worse driving, and see docs/ros.md for what helps"
-            )
-
-    def _on_depth(self, message: Image) -> None:
-        if self._loop is None or self._reprojector is None:
-            return
-        try:
-            depth_m = depth_of_image(
-                message.encoding,
-                message.height,
-                message.width,
-                message.step,
-                bool(message.is_bigendian),
-                message.data,
-            )
-            seen = self._reprojector(depth_m)
-        except InputError as error:
-            self._complain(str(error))
-            return
-        with self._fresh:
-            self._frame = _Frame(seen, _fill.stamp_ns(message.header))
-            self._fresh.notify_all()
-
-    def _complain(self, what: str) -> None:
-        """Log a fault of the robot's messages, once."""
-        if what != self._complaint:
-            self._complaint = what
-            self.get_logger().error(what)
-
-    def _next_frame(self, after_ns: int) -> _Frame | None:
-        with self._fresh:
-            if self._frame is None or self._frame.stamp_ns <= after_ns:
-                self._fresh.wait(_WAIT_S)
-            frame = self._frame
-        return frame if frame is not None and frame.stamp_ns > after_ns else None
-
     # Commands.
 
     def _send(self, command: Velocity, stamp_ns: int | None) -> None:
         time_ns = stamp_ns if stamp_ns is not None and self.config.use_sim_time else None
         if time_ns is None:
-            time_ns = self.get_clock().now().nanoseconds
+            # A nanosecond on: never the stamp of a frame, which this does not answer.
+            time_ns = self._eyes.now_ns() + 1
         message = _fill.twist_message(command, self.config.robot.stamped, time_ns)
         with self._sending:
             self._commands.publish(message)
 
     def _watch(self) -> None:
-        """Twenty times a second: zero velocity while something is wrong."""
+        """Fifty times a second: zero velocity while something is wrong."""
         while not self._closing.wait(_WATCH_S):
             loop = self._loop
             if loop is None or not rclpy.ok():
                 continue
-            because = self._watchdog.fault(self.now_s())
+            because = self._watchdog.fault(self._eyes.now_s())
             if because:
                 loop.overrule(because)
                 self._send(STOP, None)
@@ -253,6 +176,7 @@ class AgentNode(Node):  # type: ignore[misc]
             result = DriveResult("fault", f"the agent failed: {error!r}", "", 0.0, 0)
         finally:
             self._loop = None
+            self._eyes.active = False
             self._send(STOP, None)
             self._busy.release()
         return self._finish(handle, result)
@@ -265,7 +189,7 @@ class AgentNode(Node):  # type: ignore[misc]
         reseed = getattr(self._agent, "reseed", None)
         if reseed is not None:
             reseed(goal.seed)
-        self._watchdog.start(self.now_s())
+        self._watchdog.start(self._eyes.now_s())
         drive = self.config.drive
         config = DriveConfig(
             self._limits(),
@@ -275,19 +199,21 @@ class AgentNode(Node):  # type: ignore[misc]
             drive.timeout_s,
             self._camera.max_depth_m,
         )
-        with self._fresh:
-            self._frame = None
+        self._eyes.active = True
         self._loop = loop = DriveLoop(
             self._agent, task, config, self._watchdog, until_cancelled=goal.until_cancelled
         )
         return self._follow(handle, loop)
 
     def _follow(self, handle: Any, loop: DriveLoop) -> DriveResult:
-        last_ns, waiting_since_s = -1, time.monotonic()
+        # With one clock for both, what was seen before the goal came is another drive's.
+        last_ns = self._eyes.now_ns() - 1 if self.config.use_sim_time else -1
+        self._eyes.forget()
+        waiting_since_s = time.monotonic()
         while rclpy.ok() and not self._closing.is_set():
             if handle.is_cancel_requested:
                 return loop.result("cancelled", "the goal was cancelled")
-            frame = self._next_frame(last_ns)
+            frame = self._eyes.next_frame(last_ns, _WAIT_S)
             if frame is None:
                 if time.monotonic() - waiting_since_s > loop.fault_s:
                     because = loop.stopped_because or _nothing_came(loop)
@@ -297,7 +223,7 @@ class AgentNode(Node):  # type: ignore[misc]
             stamp_s = frame.stamp_ns / _NS
             if not loop.wants(stamp_s):
                 continue
-            progress = loop.step(frame.depth_m, stamp_s, self.now_s)
+            progress = loop.step(frame.depth_m, stamp_s, self._eyes.now_s)
             self._send(progress.command, frame.stamp_ns)
             handle.publish_feedback(_feedback(progress))
             if self._belief_markers.get_subscription_count():

@@ -89,12 +89,14 @@ def prepare() -> RosInstallation:
         sys.stdout.flush()
         sys.stderr.flush()
         os.execve(sys.executable, sys.orig_argv, changed)
-    _replace(os.environ, cleaned(os.environ, found.prefix))
+    # What a sourced ROS set is its own affair; wheels beside it leak all the same.
+    wheels = found.prefix if found.kind == "wheels" else Path(sys.prefix)
+    _replace(os.environ, cleaned(os.environ, wheels))
     return found
 
 
 def cleaned(environment: Mapping[str, str], prefix: Path) -> dict[str, str]:
-    """The environment without what the wheels' start-up hook left in it."""
+    """The environment without what the start-up hook of the wheels at `prefix` left in it."""
     kept = {name: value for name, value in environment.items() if name not in (GUARD, _OWN_GUARD)}
     ours = set(libraries_of(prefix))
     path = [each for each in _listed(environment, _PATH) if each not in ours]

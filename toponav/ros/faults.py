@@ -29,6 +29,8 @@ class FaultSpec:
     """Share of the time in which the first frame of the spell repeats."""
     period_s: float = 10.0
     """Spells of NaN and of frozen frames begin so often."""
+    begins_s: float = 5.0
+    """When the first spell begins."""
 
 
 def parse_faults(texts: tuple[str, ...]) -> FaultSpec:
@@ -71,22 +73,31 @@ class FaultInjector:
     def put(self, depth_m: Float32[np.ndarray, "height width"], time_s: float) -> None:
         """The camera took this frame."""
         spec = self._spec
-        in_spell_s = time_s % spec.period_s - spec.period_s / 2
-        if 0 <= in_spell_s < spec.frozen_share * spec.period_s:
+        in_spell_s = (time_s - spec.begins_s) % spec.period_s
+        if in_spell_s < spec.frozen_share * spec.period_s:
             if self._frozen is None:
                 self._frozen = depth_m.copy()
             depth_m = self._frozen
         else:
             self._frozen = None
-        if 0 <= in_spell_s < spec.nan_share * spec.period_s:
+        if in_spell_s < spec.nan_share * spec.period_s:
             depth_m = np.full_like(depth_m, np.nan)
         if spec.drop_share and self._random.random() < spec.drop_share:
             return
         self._late.append((time_s, depth_m))
 
+    def clear(self) -> None:
+        """Forget frames that have not come out yet."""
+        self._late.clear()
+        self._frozen = None
+
+    def is_due(self, now_s: float) -> bool:
+        """Whether a frame comes out now."""
+        return bool(self._late) and self._late[0][0] + self._spec.delay_s <= now_s + 1e-9
+
     def due(self, now_s: float) -> list[tuple[float, Float32[np.ndarray, "height width"]]]:
         """The frames that come out now, with the time at which each was taken."""
         out = []
-        while self._late and self._late[0][0] + self._spec.delay_s <= now_s + 1e-9:
+        while self.is_due(now_s):
             out.append(self._late.popleft())
         return out

@@ -62,7 +62,9 @@ PRESETS: Mapping[str, RobotPreset] = {
         ),
         RobotPreset(
             "turtlebot3",
-            depth="/camera/depth/image_rect_raw",
+            depth="/camera/camera/depth/image_rect_raw",
+            camera_info="/camera/camera/depth/camera_info",
+            rgb="/camera/camera/color/image_raw",
             camera_height_m=0.12,
             limits=VelocityLimits(linear_m_s=0.22, angular_rad_s=1.5),
         ),

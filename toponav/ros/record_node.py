@@ -83,7 +83,7 @@ class RecordNode(Node):  # type: ignore[misc]
         self._last_ns = -_PERIOD_NS
         self.frames = 0
         kind = TwistStamped if robot.stamped else Twist
-        self.create_subscription(Image, robot.depth, self._on_depth, _qos.SENSOR)
+        self.create_subscription(Image, robot.depth, self._on_depth, _qos.SENSOR_KEPT)
         self.create_subscription(CameraInfo, robot.camera_info, self._on_info, _qos.SENSOR)
         self.create_subscription(Odometry, robot.odom, self._on_odometry, _qos.SENSOR)
         self.create_subscription(kind, robot.cmd_vel, self._on_command, _qos.RELIABLE)

@@ -1,6 +1,7 @@
 """The simulator as a robot: commands that cease, a clock that only goes on. Without ROS."""
 
-import math
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,13 +10,14 @@ from toponav.core.geometry import Pose2
 from toponav.ros.watchdog import CommandTimeout
 from toponav.sim.simulation import CONTROL_PERIOD_S, TIMESTEP_S, SimState, Simulation
 
-__all__ = ["TICK_S", "SimulatedRobot", "Tick"]
+__all__ = ["TICK_S", "Pace", "SimulatedRobot", "Tick"]
 
 _TICK_SUBSTEPS: Final = 5
 TICK_S: Final = _TICK_SUBSTEPS * TIMESTEP_S
 """Time between two odometry messages: 50 Hz."""
 _TICKS_PER_FRAME: Final = round(CONTROL_PERIOD_S / TICK_S)
 _NS: Final = 10**9
+_MOST_BEHIND: Final = 10
 _GAP_NS: Final = round(CONTROL_PERIOD_S * _NS)
 
 
@@ -23,6 +25,8 @@ _GAP_NS: Final = round(CONTROL_PERIOD_S * _NS)
 class Tick:
     """What happened in one tick."""
 
+    command: Velocity
+    """What the robot did: the last command, or zero where none lasts."""
     state: SimState
     time_ns: int
     frame_is_due: bool
@@ -82,18 +86,43 @@ class SimulatedRobot:
         """The robot was told this, now."""
         self._commands.command(command, self.time_ns / _NS)
 
-    def step(self, command: Velocity) -> SimState:
-        """One control step with this command, as an evaluation without ROS does it."""
-        finite = math.isfinite(command.linear_m_s) and math.isfinite(command.angular_rad_s)
-        self._ticks += _TICKS_PER_FRAME
-        return self._simulation.step(command if finite else Velocity(0.0, 0.0))
-
     def tick(self) -> Tick:
         """A fiftieth of a second on, with the last command while it lasts."""
         now_s = self.time_ns / _NS
         ceased = self._commands.has_ceased(now_s)
-        state = self._simulation.advance(
-            self._commands.current(now_s), _TICK_SUBSTEPS, brakes=ceased
-        )
+        command = self._commands.current(now_s)
+        state = self._simulation.advance(command, _TICK_SUBSTEPS, brakes=ceased)
         self._ticks += 1
-        return Tick(state, self.time_ns, self._ticks % _TICKS_PER_FRAME == 0)
+        return Tick(command, state, self.time_ns, self._ticks % _TICKS_PER_FRAME == 0)
+
+
+class Pace:
+    """When the next tick is due in the time of people.
+
+    Args:
+        rate: Simulated seconds per second; 0 is as fast as it can.
+        now_s: The clock of people; it never goes back.
+    """
+
+    def __init__(self, rate: float, now_s: Callable[[], float] = time.monotonic) -> None:
+        self._period_s = TICK_S / rate if rate > 0 else 0.0
+        self._now_s = now_s
+        self._due_s = now_s()
+
+    def restart(self) -> None:
+        """A tick is due now; nothing is late."""
+        self._due_s = self._now_s()
+
+    def left_s(self) -> float:
+        """Time until the next tick is due, or 0."""
+        return max(0.0, self._due_s - self._now_s()) if self._period_s else 0.0
+
+    def tick(self) -> bool:
+        """A tick is made; returns whether it comes more than a tick late.
+
+        What is late is made up for, up to ten ticks; more is given up.
+        """
+        late_s = self._now_s() - self._due_s
+        is_late = bool(self._period_s) and late_s > self._period_s
+        self._due_s += self._period_s + max(0.0, late_s - _MOST_BEHIND * self._period_s)
+        return is_late

@@ -1,7 +1,7 @@
 """The safety watchdog: says when a robot must stand still, whatever the agent wants.
 
 It knows times and a few facts about frames, and nothing of ROS: the node feeds it and asks it
-twenty times a second, from a thread of its own. Every clock is the caller's, in seconds.
+fifty times a second, from a thread of its own. Every clock is the caller's, in seconds.
 """
 
 import math

@@ -1,5 +1,6 @@
 """Image-goal navigation in a building: four actions in, panoramas and noisy odometry out."""
 
+import copy
 import math
 from functools import cached_property
 from typing import NamedTuple
@@ -184,6 +185,16 @@ class ImageNavSimulation:
         done = stopped or at_goal or step >= self.max_steps
         self._state = state._replace(done=done, success=at_goal)
         return self._state
+
+    def twin(self) -> "ImageNavSimulation":
+        """Another robot in the same building, with the same camera and floor plan in memory.
+
+        Not for another thread.
+        """
+        _ = self.renderer, self.free_space
+        other = copy.copy(self)
+        other._state = other._field_m = None
+        return other
 
     @property
     def state(self) -> ImageNavState:

@@ -1,5 +1,6 @@
 """`toponav/ImageNav-v0`: find the place in the picture, in a home never seen before."""
 
+import copy
 from typing import Any
 
 import gymnasium
@@ -20,6 +21,7 @@ __all__ = ["ImageNavEnv"]
 _OPTIONS = ("episode", "start", "goal")
 _NEAREST_M, _FARTHEST_M = 1.5, 10.0
 _TRIES = 1000
+_SUCCESS, _STEP = 10.0, 0.001
 _FARTHEST_ODOMETRY = 1000.0
 """Metres; an episode of 500 steps drives 125."""
 
@@ -30,8 +32,10 @@ class ImageNavEnv(gymnasium.Env[dict[str, Any], np.int64]):
     Actions are those of `toponav.core.imagenav.Action`: stop, forward 0.25 m, left 10 degrees,
     right 10 degrees. The observation holds `rgb` and `goal_rgb` (uint8), with a depth camera also
     `depth` and `goal_depth` (float32 metres), `odometry` (x, y and yaw from the start, noisy)
-    and `collided`. The reward is 1 where the episode ends in success, else 0. `info` holds the
-    truth: `pose`, `step`, `collided`, `path_m`, `success`, `collisions`, `distance_to_goal_m`.
+    and `collided`. The reward is 1 where the episode ends in success, else 0; or the paper's
+    dense one (section 5.1): 10 x SPL at success, and at each step how much shorter the shortest
+    path to the goal has become, less 0.001. `info` holds the truth: `pose`, `step`, `collided`,
+    `path_m`, `success`, `collisions`, `distance_to_goal_m`.
 
     An episode terminates with `STOP`, and is truncated after `max_steps`.
 
@@ -44,6 +48,7 @@ class ImageNavEnv(gymnasium.Env[dict[str, Any], np.int64]):
         stop: Whether the robot has to say `STOP`, as in `ImageNavSimulation`.
         max_steps: Steps after which an episode is truncated.
         backend: Which renderer to use.
+        reward: `success` or `dense`.
         render_mode: `rgb_array` for the panorama above the goal's.
 
     Example:
@@ -65,8 +70,15 @@ class ImageNavEnv(gymnasium.Env[dict[str, Any], np.int64]):
         stop: bool = True,
         max_steps: int = MAX_STEPS,
         backend: str = "auto",
+        reward: str = "success",
         render_mode: str | None = None,
     ) -> None:
+        if reward not in ("success", "dense"):
+            raise InputError(
+                f"no reward is called '{reward}'",
+                where="ImageNavEnv",
+                remedy="choose success or dense",
+            )
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(
                 f"no render_mode is called '{render_mode}'",
@@ -85,6 +97,8 @@ class ImageNavEnv(gymnasium.Env[dict[str, Any], np.int64]):
             backend=backend,
         )
         self.render_mode = render_mode
+        self.reward = reward
+        self._distance_m = self._geodesic_m = 0.0
         self.action_space = gymnasium.spaces.Discrete(len(Action))
         shape = (camera.height, camera.width)
         rgb = gymnasium.spaces.Box(0, 255, (*shape, 3), np.uint8)
@@ -120,7 +134,9 @@ class ImageNavEnv(gymnasium.Env[dict[str, Any], np.int64]):
         start, goal = self._chosen(options or {})
         noise_seed = int(self.np_random.integers(2**62))
         self._goal = self.simulation.reset(start, goal, noise_seed)
-        return self._observe(), self._info()
+        info = self._info()
+        self._distance_m = self._geodesic_m = info["distance_to_goal_m"]
+        return self._observe(), info
 
     def step(
         self, action: np.int64 | int
@@ -131,13 +147,41 @@ class ImageNavEnv(gymnasium.Env[dict[str, Any], np.int64]):
         stopped = self.simulation.stop and int(action) == Action.STOP
         terminated = bool(ended or stopped)
         truncated = state.done and not terminated
-        return self._observe(), float(state.success), terminated, truncated, self._info()
+        info = self._info()
+        return self._observe(), self._reward(info), terminated, truncated, info
+
+    def twin(self) -> "ImageNavEnv":
+        """Another robot in the same building; not for another thread."""
+        other = copy.copy(self)
+        other.simulation = self.simulation.twin()
+        other._goal = other._rgb = None
+        return other
+
+    @property
+    def goal(self) -> ImageGoal:
+        """The picture to find.
+
+        Raises:
+            InputError: If nothing was reset yet.
+        """
+        if self._goal is None:
+            raise InputError(
+                "an episode has a goal", where="ImageNavEnv", remedy="call reset first"
+            )
+        return self._goal
 
     def render(self) -> UInt8[np.ndarray, "height width 3"] | None:
         """The panorama above the goal's."""
         if self.render_mode is None or self._goal is None or self._rgb is None:
             return None
         return np.concatenate([self._rgb, self._goal.rgb])
+
+    def _reward(self, info: dict[str, Any]) -> float:
+        if self.reward == "success":
+            return float(info["success"])
+        before_m, self._distance_m = self._distance_m, info["distance_to_goal_m"]
+        spl = self._geodesic_m / max(info["path_m"], self._geodesic_m, 1e-6)
+        return _SUCCESS * spl * info["success"] + before_m - self._distance_m - _STEP
 
     def _chosen(self, options: dict[str, Any]) -> tuple[Pose2, Pose2]:
         for name in options:

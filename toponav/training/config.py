@@ -7,10 +7,12 @@ from toponav.core.errors import InputError
 
 __all__ = ["Recipe", "TrainingConfig", "default_config"]
 
-Recipe = Literal["behaviors", "localization", "phasenet", "behavrnn", "pose", "steering", "nts"]
+Recipe = Literal[
+    "behaviors", "localization", "phasenet", "behavrnn", "pose", "steering", "nts", "il"
+]
 
 # Longer than nearly every edge (phasenet, 5 Hz) and nearly every drive (behavrnn).
-_SEQUENCE_STEPS: dict[str, int] = {"phasenet": 100, "behavrnn": 210}
+_SEQUENCE_STEPS: dict[str, int] = {"phasenet": 100, "behavrnn": 210, "il": 64}
 
 
 @dataclass(frozen=True)
@@ -107,16 +109,30 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
         )
     if recipe == "nts":
         return TrainingConfig(
-            epochs=30,
-            samples_per_epoch=4_000,
-            batch_size=32,
+            epochs=12,
+            samples_per_epoch=12_800,
+            batch_size=64,
             learning_rate=2e-3,
             weight_decay=0.03,
+            schedule="one_cycle",
+            ema=0.995,
+            mirror=True,
+            most_repeats=4,
+            most_validation_samples=1280,
+        )
+    if recipe == "il":
+        return TrainingConfig(
+            epochs=8,
+            samples_per_epoch=3_000,
+            batch_size=16,
+            learning_rate=1e-3,
+            weight_decay=0.02,
             schedule="one_cycle",
             ema=0.99,
             mirror=True,
             most_repeats=4,
-            most_validation_samples=1024,
+            largest_gradient=1.0,
+            sequence_steps=steps,
         )
     if recipe in ("pose", "steering"):
         return TrainingConfig(

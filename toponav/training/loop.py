@@ -112,6 +112,7 @@ class _Training:
         self.fingerprint = self._fingerprint(data_hash)
         self.progress = self._start_or_resume()
         self.began = time.monotonic() - self.progress.elapsed_s
+        self._plan_by_time()
 
     def run(self) -> TrainingResult:
         """Train until the planned epochs are done or time is up."""
@@ -126,7 +127,6 @@ class _Training:
             self._finish_epoch(loss, time.monotonic() - began)
             if not is_whole:
                 break
-            self._shorten_to_time()
         if progress.history:
             draw_curves(self.directory, progress.history, self.task.name)
         best = progress.history[progress.best_epoch - 1]
@@ -206,6 +206,7 @@ class _Training:
             progress.best_epoch = progress.epoch
             self._keep(metrics)
         progress.elapsed_s = time.monotonic() - self.began
+        self._plan_by_time()
         write_metrics(self.directory, progress.history)
         save_state(self.directory, progress, self.model, self.shadow, self.optimizer)
 
@@ -251,14 +252,15 @@ class _Training:
         minutes = self.config.max_minutes
         return minutes is not None and time.monotonic() - self.began > minutes * 60 * slack
 
-    def _shorten_to_time(self) -> None:
-        """Plan no more epochs than fit; the schedule then reaches its end with the last."""
+    def _plan_by_time(self) -> None:
+        """Plan as many epochs as fit; the schedule then reaches its end with the last."""
         progress = self.progress
-        if self.config.max_minutes is None:
+        is_done = progress.epoch >= progress.planned_epochs
+        if self.config.max_minutes is None or is_done or not progress.epoch:
             return
         left_s = self.config.max_minutes * 60 - progress.elapsed_s
         fitting = int(left_s / (progress.elapsed_s / progress.epoch))
-        progress.planned_epochs = min(progress.planned_epochs, progress.epoch + max(fitting, 0))
+        progress.planned_epochs = min(self.config.epochs, progress.epoch + max(fitting, 0))
 
 
 def _floats(model: nn.Module) -> list[Tensor]:

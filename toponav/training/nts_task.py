@@ -11,17 +11,25 @@ from torch import Tensor
 from torch.nn import functional
 
 from toponav.core.imagenav import DIRECTIONS, NODE_RADIUS_M
-from toponav.models.nts.network import NTSNetwork, PairPrediction, PlacePrediction
+from toponav.data.nts.labels import SCORE_LENGTH_M
+from toponav.models.nts.heads import PairPrediction, PlacePrediction
+from toponav.models.nts.network import NTSNetwork
 from toponav.training.config import TrainingConfig
 
 __all__ = ["HomeSamples", "NTSBatch", "NTSTask"]
 
-_HOMES_A_BATCH = 2
+_PANORAMAS_A_HOME = 16
 _SAME_SHARE = 0.5
 _ITSELF_SHARE = 0.06
+_CLOSE_SHARE, _CLOSE_M = 0.5, 4.5
 _HELD_OUT_EVERY = 9
 _WEIGHTS = {"connection": 1.0, "direction": 0.5, "distance": 1.0, "explorable": 1.0}
-_SCORE_WEIGHT, _RANGE_WEIGHT = 1.0, 0.5
+_SCORE_WEIGHT, _CHOICE_WEIGHT, _RANGE_WEIGHT = 1.0, 0.5, 0.5
+_KIND_WEIGHT, _TOWARD_WEIGHT = 0.2, 0.5
+_SAME_NODE_WEIGHT = 0.25
+_CHOICE_M = 1.5
+_LEAST_SCORE = 1e-3
+_LIGHT, _TINT = (0.8, 1.2), (0.94, 1.06)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +44,9 @@ class HomeSamples:
         same_node: Whether the second of two belongs to the node of the first.
         explorable: Whether there is something to explore in each direction.
         score: How fast the second of two is reached in each direction of the first, 0..1.
+        kind: Kind of room that each was taken in, by its number in `ROOM_KINDS`; -1 for none.
+        toward: How fast another node in a room of each kind is reached in each direction; -1
+            where the home has none.
     """
 
     images: UInt8[np.ndarray, "places channels rows cols"]
@@ -45,6 +56,8 @@ class HomeSamples:
     same_node: Bool[np.ndarray, "places places"]
     explorable: Bool[np.ndarray, "places directions"]
     score: Float16[np.ndarray, "places places directions"]
+    kind: Int64[np.ndarray, " places"]
+    toward: Float16[np.ndarray, "places kinds directions"]
 
     def __len__(self) -> int:
         return len(self.images)
@@ -65,6 +78,12 @@ class NTSBatch:
         obstacle_m: Of each panorama.
         sight_m: Of each panorama.
         score: Of each pair and direction.
+        any_source: Number of the source of every two panoramas of one home.
+        any_goal: Number of its goal.
+        any_same_node: 1 where they belong to one node.
+        any_score: Of each of these pairs and direction.
+        kind: Of each panorama.
+        toward: Of each panorama, kind of room and direction.
     """
 
     images: Tensor
@@ -77,13 +96,21 @@ class NTSBatch:
     obstacle_m: Tensor
     sight_m: Tensor
     score: Tensor
+    any_source: Tensor
+    any_goal: Tensor
+    any_same_node: Tensor
+    any_score: Tensor
+    kind: Tensor
+    toward: Tensor
 
 
 class NTSTask:
     """What the loop needs to train the network.
 
-    A batch holds panoramas of two homes, each encoded once, and pairs drawn from all pairs of
-    them: half of them of one node where there are so many. Every ninth home is held out.
+    A batch holds 16 panoramas a home, each encoded once. F_S learns from all pairs of them;
+    pairs that are compared direction by direction, which costs more, are drawn: half of them of
+    one node where there are so many, a quarter close by and not of one node. Every ninth home
+    is held out.
 
     Args:
         model: The network.
@@ -119,65 +146,41 @@ class NTSTask:
 
     def loss(self, model: torch.nn.Module, batch: NTSBatch) -> Tensor:
         """The weighted sum of the losses of all heads."""
-        pair, place = self._predict(model, batch)
-        near = batch.same_node > 0.5
-        turned = near & (batch.distance_m > 0.3)
-        logs = functional.binary_cross_entropy_with_logits
-        total = _WEIGHTS["connection"] * logs(pair.connection.float(), batch.same_node)
-        direction = functional.cross_entropy(
-            pair.direction.float(), batch.direction, reduction="none", label_smoothing=0.05
-        )
-        total = total + _WEIGHTS["direction"] * _mean_over(direction, turned)
-        distance = functional.smooth_l1_loss(
-            pair.distance_m.float(), batch.distance_m, reduction="none", beta=0.3
-        )
-        total = total + _WEIGHTS["distance"] * _mean_over(distance, near)
-        total = total + _WEIGHTS["explorable"] * logs(place.explorable.float(), batch.explorable)
-        score = logs(pair.score.float(), batch.score, reduction="none")
-        total = total + _SCORE_WEIGHT * _mean_over(score, batch.explorable[batch.source] > 0.5)
-        for predicted, truth in (
-            (place.obstacle_m, batch.obstacle_m),
-            (place.sight_m, batch.sight_m),
-        ):
-            off = ((predicted.float() + 0.2).log() - (truth + 0.2).log()).abs()
-            total = total + _RANGE_WEIGHT * off.mean()
-        return total
+        return _loss(*_predict(model, batch), batch)
 
     @torch.inference_mode()
     def evaluate(self, model: torch.nn.Module) -> dict[str, int | float]:
         """Losses and errors on the homes held out; `score` is what to maximize."""
         rng = np.random.default_rng(self._config.seed)
         homes = self._val_homes or self._homes
-        most = self._config.most_validation_samples
-        batches = min(max(1, sum(map(len, homes)) // self._config.batch_size * 2), most // 16)
+        size = self._config.batch_size
+        most = max(1, self._config.most_validation_samples // size)
+        batches = min(max(1, sum(map(len, homes)) // size), most)
         found: dict[str, list[Tensor]] = {}
         for _ in range(batches):
             batch = self._batch(homes, rng, mirror=False)
-            pair, place = self._predict(model, batch)
+            pair, place, any_score = _predict(model, batch)
             for name, value in _measures(pair, place, batch).items():
                 found.setdefault(name, []).append(value)
-            found.setdefault("val_loss", []).append(self.loss(model, batch)[None])
+            found.setdefault("val_loss", []).append(_loss(pair, place, any_score, batch)[None])
         metrics: dict[str, int | float] = {
             name: float(torch.cat(values).float().mean()) for name, values in found.items()
         }
         return {"score": -metrics["val_loss"], **metrics}
 
-    def _predict(
-        self, model: torch.nn.Module, batch: NTSBatch
-    ) -> tuple[PairPrediction, PlacePrediction]:
-        assert isinstance(model, NTSNetwork)
-        features = model.encode(batch.images)
-        return model.pair(features[batch.source], features[batch.goal]), model.place(features)
-
     def _batch(
         self, homes: Sequence[HomeSamples], rng: np.random.Generator, *, mirror: bool
     ) -> NTSBatch:
-        size = max(2, self._config.batch_size // _HOMES_A_BATCH)
+        batch = self._config.batch_size
+        count = max(1, batch // _PANORAMAS_A_HOME)
+        size = max(2, batch // count)
         parts, first = [], 0
-        for _ in range(_HOMES_A_BATCH):
+        for _ in range(count):
             home = homes[int(rng.integers(len(homes)))]
             chosen = rng.choice(len(home), min(size, len(home)), replace=False)
             parts.append(self._of_home(home, chosen, first, rng))
+            if mirror:
+                _vary_light(parts[-1], rng)
             first += len(chosen)
         joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         if not self.model.config.depth:
@@ -200,7 +203,10 @@ class NTSTask:
         rng: np.random.Generator,
     ) -> dict[str, np.ndarray]:
         same = home.same_node[np.ix_(chosen, chosen)]
-        source, goal = _draw_pairs(same, len(chosen) * self._pairs, rng)
+        xy_m = home.poses[chosen, :2]
+        close = np.hypot(*(xy_m[:, None] - xy_m[None]).transpose(2, 0, 1)) < _CLOSE_M
+        source, goal = _draw_pairs(same, close, len(chosen) * self._pairs, rng)
+        any_source, any_goal = np.nonzero(~np.eye(len(chosen), dtype=bool))
         one, other = home.poses[chosen[source]], home.poses[chosen[goal]]
         away = other[:, :2] - one[:, :2]
         yaw = np.arctan2(away[:, 1], away[:, 0]) - one[:, 2]
@@ -216,22 +222,116 @@ class NTSTask:
             "obstacle_m": home.obstacle_m[chosen],
             "sight_m": home.sight_m[chosen],
             "score": home.score[chosen[source], chosen[goal]].astype(np.float32),
+            "any_source": any_source + first,
+            "any_goal": any_goal + first,
+            "any_same_node": same[any_source, any_goal].astype(np.float32),
+            "any_score": home.score[chosen[any_source], chosen[any_goal]].astype(np.float32),
+            "kind": home.kind[chosen],
+            "toward": home.toward[chosen].astype(np.float32),
         }
 
 
+def _predict(
+    model: torch.nn.Module, batch: NTSBatch
+) -> tuple[PairPrediction, PlacePrediction, Tensor]:
+    assert isinstance(model, NTSNetwork)
+    features = model.encode(batch.images)
+    pair = model.pair(features[batch.source], features[batch.goal])
+    any_score = model.scores(features, batch.any_source, batch.any_goal)
+    return pair, model.place(features), any_score
+
+
+def _loss(
+    pair: PairPrediction, place: PlacePrediction, any_score: Tensor, batch: NTSBatch
+) -> Tensor:
+    near = batch.same_node > 0.5
+    turned = near & (batch.distance_m > 0.3)
+    logs = functional.binary_cross_entropy_with_logits
+    total = _WEIGHTS["connection"] * logs(pair.connection.float(), batch.same_node)
+    direction = functional.cross_entropy(
+        pair.direction.float(), batch.direction, reduction="none", label_smoothing=0.05
+    )
+    total = total + _WEIGHTS["direction"] * _mean_over(direction, turned)
+    distance = functional.smooth_l1_loss(
+        pair.distance_m.float(), batch.distance_m, reduction="none", beta=0.3
+    )
+    total = total + _WEIGHTS["distance"] * _mean_over(distance, near)
+    total = total + _WEIGHTS["explorable"] * logs(place.explorable.float(), batch.explorable)
+    total = total + _score_loss(
+        pair.score.float(), batch.score, batch.explorable[batch.source], batch.same_node
+    )
+    total = total + _score_loss(
+        any_score.float(),
+        batch.any_score,
+        batch.explorable[batch.any_source],
+        batch.any_same_node,
+    )
+    for predicted, truth in (
+        (place.obstacle_m, batch.obstacle_m),
+        (place.sight_m, batch.sight_m),
+    ):
+        off = ((predicted.float() + 0.2).log() - (truth + 0.2).log()).abs()
+        total = total + _RANGE_WEIGHT * off.mean()
+    kind = functional.cross_entropy(place.kind.float(), batch.kind, ignore_index=-1)
+    known = (batch.toward >= 0) & (batch.explorable[:, None] > 0.5)
+    toward = logs(place.toward.float(), batch.toward.clamp(min=0.0), reduction="none")
+    return total + _KIND_WEIGHT * kind + _TOWARD_WEIGHT * _mean_over(toward, known)
+
+
+def _score_loss(score: Tensor, truth: Tensor, explorable: Tensor, same: Tensor) -> Tensor:
+    """How wrong scores are, and how wrong choosing a direction by them is.
+
+    Scores of one place differ little: most of what there is to learn from their size is how far
+    goals are in general. The second part looks at differences alone: the chance of each
+    direction, if the shorter way is taken the likelier, the more it is shorter.
+    """
+    usable = explorable > 0.5
+    weight = torch.where(same > 0.5, _SAME_NODE_WEIGHT, 1.0)
+    size = functional.binary_cross_entropy_with_logits(score, truth, reduction="none")
+    total = _SCORE_WEIGHT * (size * usable * weight[:, None]).sum()
+    total = total / (usable * weight[:, None]).sum().clamp(min=1.0)
+    some = usable.any(1)
+    chance = functional.log_softmax(_by_length(functional.logsigmoid(score), usable), dim=1)
+    wanted = functional.softmax(_by_length(truth.clamp(min=_LEAST_SCORE).log(), usable), dim=1)
+    off = torch.where(usable, wanted * (wanted.clamp(min=1e-6).log() - chance), 0.0).sum(1)
+    return total + _CHOICE_WEIGHT * (off * some * weight).sum() / (some * weight).sum().clamp(
+        min=1.0
+    )
+
+
+def _by_length(log_score: Tensor, usable: Tensor) -> Tensor:
+    """Logits of a choice: a metre more makes it exp(1 / `_CHOICE_M`) times less likely."""
+    return (log_score * (SCORE_LENGTH_M / _CHOICE_M)).masked_fill(~usable, -1e4)
+
+
 def _draw_pairs(
-    same: Bool[np.ndarray, "batch batch"], count: int, rng: np.random.Generator
+    same: Bool[np.ndarray, "batch batch"],
+    close: Bool[np.ndarray, "batch batch"],
+    count: int,
+    rng: np.random.Generator,
 ) -> tuple[Int64[np.ndarray, " pairs"], Int64[np.ndarray, " pairs"]]:
-    """Sources and goals: some themselves, many of one node, the others of any two."""
+    """Sources and goals: some themselves, many of one node or close by, others of any two."""
     size = len(same)
     apart = same & ~np.eye(size, dtype=bool)
     near = rng.permutation(np.flatnonzero(apart))[: int(count * _SAME_SHARE)]
     itself = rng.integers(size, size=max(1, int(count * _ITSELF_SHARE))) * (size + 1)
-    others = np.flatnonzero(~same)
     left = max(1, count - len(near) - len(itself))
-    far = rng.choice(others if len(others) else np.arange(size * size), left)
-    drawn = np.concatenate([near, itself, far])
+    beside = rng.permutation(np.flatnonzero(close & ~same))[: int(left * _CLOSE_SHARE)]
+    others = np.flatnonzero(~same)
+    far = rng.choice(others if len(others) else np.arange(size * size), left - len(beside))
+    drawn = np.concatenate([near, itself, beside, far])
     return drawn // size, drawn % size
+
+
+def _vary_light(home: dict[str, np.ndarray], rng: np.random.Generator) -> None:
+    """Make one home's pictures brighter or darker, and a little of another colour."""
+    gain = rng.uniform(*_LIGHT) * rng.uniform(*_TINT, size=3)
+    levels = np.arange(256, dtype=np.float32)
+    images = home["images"].copy()
+    for channel in range(3):
+        table = np.clip(np.rint(levels * gain[channel]), 0, 255).astype(np.uint8)
+        images[:, channel] = table[images[:, channel]]
+    home["images"] = images
 
 
 def _mirror(batch: dict[str, np.ndarray]) -> None:
@@ -239,7 +339,7 @@ def _mirror(batch: dict[str, np.ndarray]) -> None:
     # Columns lie half a step beside the directions that they are averaged into.
     batch["images"] = np.roll(batch["images"][..., ::-1], 4, axis=-1)
     batch["direction"] = -batch["direction"]
-    for name in ("explorable", "score", "obstacle_m", "sight_m"):
+    for name in ("explorable", "score", "any_score", "toward", "obstacle_m", "sight_m"):
         batch[name] = np.roll(batch[name][..., ::-1], 1, axis=-1)
 
 
@@ -259,6 +359,10 @@ def _measures(pair: PairPrediction, place: PlacePrediction, batch: NTSBatch) -> 
     wanted = batch.score.masked_fill(~explorable, -1.0)
     gained = wanted.gather(1, guess[:, None])[:, 0]
     mean = (batch.score * explorable).sum(1) / explorable.sum(1).clamp(min=1)
+    length_m = -SCORE_LENGTH_M * wanted.clamp(min=_LEAST_SCORE).log()
+    shortest_m = length_m.amin(1)
+    detour_m = (length_m - shortest_m[:, None]) * explorable
+    known = batch.kind >= 0
     return {
         "connection_recall": (pair.connection > 0)[near].float(),
         "connection_rejection": (pair.connection <= 0)[~near].float(),
@@ -270,6 +374,9 @@ def _measures(pair: PairPrediction, place: PlacePrediction, batch: NTSBatch) -> 
         "score_of_choice": gained[choice],
         "score_of_chance": mean[choice],
         "score_of_best": wanted.amax(1)[choice],
+        "detour_of_choice_m": detour_m.gather(1, guess[:, None])[:, 0][choice],
+        "detour_of_chance_m": (detour_m.sum(1) / explorable.sum(1).clamp(min=1))[choice],
+        "kind_accuracy": (place.kind.argmax(1) == batch.kind)[known].float(),
         "obstacle_error_m": (place.obstacle_m - batch.obstacle_m).abs().flatten(),
         "sight_error_m": (place.sight_m - batch.sight_m).abs().flatten(),
     }

@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from toponav.core.errors import InputError
 from toponav.worlds.grid import GridFrame
-from toponav.worlds.grid_kernels import distance_to_solid, geodesic_cells
+from toponav.worlds.grid_kernels import distance_to_solid, downhill_cells, geodesic_cells
 from toponav.worlds.scene import Scene
 
 __all__ = ["FreeSpace", "indoors"]
@@ -163,26 +163,12 @@ class FreeSpace:
                 where=f"point ({start_xy[0]:.2f}, {start_xy[1]:.2f})",
                 remedy="check that doors are open and wider than the robot",
             )
-        points = [self.grid.center_of(row, col)]
-        while geodesic_m[row, col] > 0:
-            row, col = self._downhill(geodesic_m, row, col)
-            points.append(self.grid.center_of(row, col))
-        return np.array(points)
-
-    def _downhill(self, geodesic_m: np.ndarray, row: int, col: int) -> tuple[int, int]:
-        """The neighbour through which the shortest path from this cell goes."""
-        best, best_cost = (row, col), math.inf
-        for to_row in range(max(row - 1, 0), min(row + 2, self.grid.rows)):
-            for to_col in range(max(col - 1, 0), min(col + 2, self.grid.cols)):
-                diagonal = to_row != row and to_col != col
-                if diagonal and not (self.free[row, to_col] and self.free[to_row, col]):
-                    continue
-                step_m = self.grid.resolution_m * (math.sqrt(2) if diagonal else 1.0)
-                cost = float(geodesic_m[to_row, to_col]) + step_m
-                if geodesic_m[to_row, to_col] < geodesic_m[row, col] and cost < best_cost:
-                    best, best_cost = (to_row, to_col), cost
-        assert best != (row, col), "a geodesic field falls towards its goal"
-        return best
+        cells = downhill_cells(self.free, geodesic_m, row, col, self.grid.resolution_m)
+        assert geodesic_m[tuple(cells[-1])] == 0, "a geodesic field falls towards its goal"
+        centers: np.ndarray = np.array(self.grid.origin_m) + (
+            (cells[:, ::-1] + 0.5) * self.grid.resolution_m
+        )
+        return centers
 
 
 def indoors(

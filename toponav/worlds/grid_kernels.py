@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-__all__ = ["distance_to_solid", "geodesic_cells", "rectangles_of_labels"]
+__all__ = ["distance_to_solid", "downhill_cells", "geodesic_cells", "rectangles_of_labels"]
 
 
 @njit(cache=True)
@@ -196,6 +196,47 @@ def geodesic_cells(free, weight, weight_max, goals):  # type: ignore[no-untyped-
                         waiting += 1
         bucket += 1
     return cost.reshape((rows, cols))
+
+
+@njit(cache=True)
+def downhill_cells(free, field, row, col, cell_m):  # type: ignore[no-untyped-def]
+    """The cells of the steepest way down a geodesic field, the first and the goal included.
+
+    Each next cell is the lower neighbour over which the way to the goal is shortest; a diagonal
+    step needs both cells beside it. Returns int32[n, 2].
+
+    Args:
+        free: bool[rows, cols].
+        field: float32[rows, cols], finite at the first cell.
+        row: Of the first cell.
+        col: Of the first cell.
+        cell_m: Length of a straight step.
+    """
+    rows, cols = field.shape
+    cells = np.empty((256, 2), np.int32)
+    cells[0] = row, col
+    count = 1
+    while field[row, col] > 0:
+        best_row, best_col, best_cost = row, col, np.inf
+        for to_row in range(max(row - 1, 0), min(row + 2, rows)):
+            for to_col in range(max(col - 1, 0), min(col + 2, cols)):
+                diagonal = to_row != row and to_col != col
+                if diagonal and not (free[row, to_col] and free[to_row, col]):
+                    continue
+                step = cell_m * (np.sqrt(2.0) if diagonal else 1.0)
+                cost = np.float64(field[to_row, to_col]) + step
+                if field[to_row, to_col] < field[row, col] and cost < best_cost:
+                    best_row, best_col, best_cost = to_row, to_col, cost
+        if best_row == row and best_col == col:
+            break
+        row, col = best_row, best_col
+        if count == len(cells):
+            longer = np.empty((2 * count, 2), np.int32)
+            longer[:count] = cells
+            cells = longer
+        cells[count] = row, col
+        count += 1
+    return cells[:count]
 
 
 @njit(cache=True)

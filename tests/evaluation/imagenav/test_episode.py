@@ -8,7 +8,7 @@ from tests.evaluation.imagenav.searches import GOAL, Scripted, episode, simulati
 from toponav.core.geometry import Pose2
 from toponav.core.imagenav import Action
 from toponav.evaluation.imagenav.episode import StepView, run_episode
-from toponav.evaluation.imagenav.shortest_path import ShortestPathAgent
+from toponav.data.nts.shortest_path import ShortestPathAgent
 from toponav.navigation.baselines.random_walk import RandomWalkAgent
 
 AHEAD = [Action.FORWARD] * 8

@@ -13,7 +13,7 @@ from toponav.evaluation.imagenav import worker as workers
 from toponav.evaluation.imagenav.agents import ImageNavChoice
 from toponav.evaluation.imagenav.explore import ExploreConfig, explore_building, map_of_graph
 from toponav.evaluation.imagenav.film import FILM_SIZE, PlanPanel
-from toponav.evaluation.imagenav.page import film_episode
+from toponav.evaluation.imagenav.page import film_episode, search_section
 from toponav.evaluation.imagenav.worker import ImageNavSettings, ImageNavWorker
 from toponav.maps.image_graph import ImageGraph
 from toponav.models.checkpoints import save_checkpoint
@@ -34,6 +34,10 @@ def test_a_search_becomes_a_page_and_a_film(
     assert "ran out of steps" in page
     assert page.count("data:image/jpeg;base64,") >= 2
     assert "http" not in page.replace("http-equiv", "")
+    section = search_section(made)
+    assert "It ran out of steps." in section
+    assert 'href="image-goal/index.html"' in section
+    assert "data:video/mp4;base64," in section
 
 
 def test_the_plan_shows_a_point_where_it_lies() -> None:
@@ -49,13 +53,22 @@ def test_the_plan_shows_a_point_where_it_lies() -> None:
 
 
 def test_exploring_gives_a_graph_and_a_map_at_the_true_place() -> None:
-    found = explore_building(building(), network(), ExploreConfig(steps=25, start=START))
+    told = []
+    found = explore_building(
+        building(), network(), ExploreConfig(steps=25, start=START), lambda *n: told.append(n)
+    )
     assert found.steps <= 25
+    assert told[-1] == (found.steps, 25)
     assert found.graph.nodes
-    assert len(found.map.nodes) == len(found.graph.nodes)
-    first = found.map.node("place_0")
-    assert (first.x_m, first.y_m) == pytest.approx((START.x_m, START.y_m), abs=0.3)
+    assert found.map.nodes
+    assert found.off_m < 0.5
     assert 0.3 < found.covered <= 1.0
+    # The floor that was seen lies where the building is.
+    row, col = found.floor.grid.cell_of(START.x_m, START.y_m)
+    assert not found.floor.occupied[row, col]
+    if found.why_no_rooms:
+        first = found.map.node("place_0")
+        assert (first.x_m, first.y_m) == pytest.approx((START.x_m, START.y_m), abs=0.3)
 
 
 def test_an_image_graph_becomes_a_map_with_ways_both_ways() -> None:

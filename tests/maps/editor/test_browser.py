@@ -113,6 +113,34 @@ def test_nodes_are_dragged_and_their_edges_follow(office):
     assert moved.edge("hall-1->hall-3") == OFFICE.edge("hall-1->hall-3")
 
 
+def test_what_comes_into_sight_is_drawn(office):
+    page = office.page
+    shown = "e => getComputedStyle(e).display !== 'none'"
+
+    def is_drawn(node: str) -> bool:
+        return bool(page.locator(f'[data-node="{node}"]').evaluate(shown))
+
+    x, y = office.node_at("office")
+    page.mouse.move(x, y)
+    for _ in range(12):
+        page.mouse.wheel(0, -200)
+    office.wait(lambda: not is_drawn("store"), "far nodes are left out")
+    assert office.node_at("office") == pytest.approx((x, y), abs=3)
+    for _ in range(40):
+        if is_drawn("store"):
+            break
+        page.mouse.move(x, y)
+        page.mouse.down(button="right")
+        page.mouse.move(x, y - 300, steps=2)
+        page.mouse.up(button="right")
+        page.wait_for_timeout(50)
+    assert is_drawn("store")
+    office.press("Home")
+    office.wait(lambda: all(is_drawn(node.id) for node in NODES), "all is drawn")
+    page.wait_for_timeout(300)
+    assert office.node_at("office") == pytest.approx((x, y), abs=3)
+
+
 def test_band_selects_and_what_is_copied_is_pasted_with_its_edges(office):
     page = office.page
     left, top = office.node_at("office")

@@ -12,7 +12,6 @@ from toponav.core.imagenav import (
     DIFFICULTY_M,
     IMAGE_NAV_ROBOT_RADIUS_M,
     NODE_RADIUS_M,
-    Difficulty,
     ImageNavEpisode,
 )
 from toponav.data.nts.ground import CAMERA_HEIGHT_M
@@ -22,7 +21,7 @@ from toponav.worlds.scene import Scene
 from toponav.worlds.shortest_path import any_angle_length_m
 from toponav.worlds.sight_kernels import is_clear
 
-__all__ = ["episode_statistics", "sample_episodes"]
+__all__ = ["episode_statistics", "sample_episodes", "sample_route"]
 
 _TRIES = 2000
 
@@ -57,7 +56,7 @@ def sample_episodes(
             for number in wanted:
                 key = [seed, DIFFICULTIES.index(difficulty), scene_seed, number]
                 rng = np.random.default_rng(key)
-                start, goal, length_m = _sample(space, difficulty, rng)
+                start, goal, length_m = sample_route(space, *DIFFICULTY_M[difficulty], rng)
                 episodes.append(
                     ImageNavEpisode(
                         suite_name, scene_seed, start, goal, length_m, difficulty, number
@@ -68,10 +67,20 @@ def sample_episodes(
     return sorted(episodes, key=lambda one: (DIFFICULTIES.index(one.difficulty), one.number))
 
 
-def _sample(
-    space: FreeSpace, difficulty: Difficulty, rng: np.random.Generator
+def sample_route(
+    space: FreeSpace, near_m: float, far_m: float, rng: np.random.Generator
 ) -> tuple[Pose2, Pose2, float]:
-    near_m, far_m = DIFFICULTY_M[difficulty]
+    """A start, a goal and the length of the shortest path between them.
+
+    Args:
+        space: Where the robot can be.
+        near_m: The shortest path is at least so long.
+        far_m: And shorter than this.
+        rng: Draws them.
+
+    Raises:
+        InputError: If no two places are so far apart.
+    """
     cells = np.argwhere(space.component == 1)
     for _ in range(_TRIES if len(cells) else 0):
         goal = _pose_in(space, cells[rng.integers(len(cells))], rng)
@@ -88,7 +97,7 @@ def _sample(
             return start, goal, length_m
     raise InputError(
         f"no two places are {near_m:g} to {far_m:g} m apart",
-        where=f"episodes, {difficulty}",
+        where="episodes",
         remedy="use larger buildings",
     )
 

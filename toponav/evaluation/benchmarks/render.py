@@ -81,6 +81,9 @@ def furnished_rates(
         "panorama_rgbd_128x512_fps_per_core": lambda pose: panorama.render_images(
             pose, ("rgb", "depth")
         ),
+        "panorama_rgbd_semantic_128x512_fps_per_core": lambda pose: panorama.render_images(
+            pose, ("rgb", "depth", "semantic")
+        ),
         "panorama_all_128x512_fps_per_core": panorama.render_images,
         "depth_320x240_furnished_fps_per_core": depth.render,
     }

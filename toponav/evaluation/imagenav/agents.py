@@ -1,6 +1,5 @@
 """The registry of image-goal agents: what each name means, and how a command line chooses."""
 
-import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -9,14 +8,17 @@ from typing import Any
 from toponav.core.camera import PanoramaCamera
 from toponav.core.errors import InputError, did_you_mean
 from toponav.core.imagenav import ImageNavAgent
+from toponav.evaluation.choice import Choice, imported_factory
 from toponav.sim.imagenav import IMAGE_NAV_CAMERA
 
 __all__ = [
     "IMAGE_NAV_AGENTS",
+    "TABLE_AGENTS",
     "ImageNavChoice",
     "ImageNavContext",
     "ImageNavSpec",
     "make_image_nav_agent",
+    "table_agents",
     "title_of",
 ]
 
@@ -51,6 +53,7 @@ class ImageNavSpec:
         depth: Whether its robot has a depth camera.
         is_learned: Whether it has weights.
         is_privileged: Whether it is shown the truth.
+        options: Names of the settings that it takes.
     """
 
     title: str
@@ -58,6 +61,7 @@ class ImageNavSpec:
     depth: bool = True
     is_learned: bool = True
     is_privileged: bool = False
+    options: frozenset[str] = frozenset()
 
 
 def _random(context: ImageNavContext) -> ImageNavAgent:
@@ -67,7 +71,7 @@ def _random(context: ImageNavContext) -> ImageNavAgent:
 
 
 def _shortest_path(context: ImageNavContext) -> ImageNavAgent:
-    from toponav.evaluation.imagenav.shortest_path import ShortestPathAgent
+    from toponav.data.nts.shortest_path import ShortestPathAgent
 
     return ShortestPathAgent()
 
@@ -109,6 +113,29 @@ def _oracle(*truths: Any) -> Builder:
     return build
 
 
+def _policy(name: str) -> Builder:
+    def build(context: ImageNavContext) -> ImageNavAgent:
+        from toponav.models.baselines.image_goal_weights import load_image_goal
+        from toponav.navigation.baselines.image_goal_agent import ImageGoalAgent
+
+        sampled = context.options.get("sampled", "on")
+        if sampled not in ("on", "off"):
+            raise InputError(
+                f"sampled is on or off, got '{sampled}'",
+                where="--agent",
+                remedy=f"write for instance {name},sampled=off",
+            )
+        network = load_image_goal(name, context.weights)
+        return ImageGoalAgent(network, context.seed, sampled=sampled == "on")
+
+    return build
+
+
+def _learned(name: str, title: str) -> ImageNavSpec:
+    options = frozenset({"sampled"})
+    return ImageNavSpec(title, _policy(name), depth=name.endswith("_rgbd"), options=options)
+
+
 def _network(context: ImageNavContext, depth: bool) -> Any:
     return _loaded(context.weights or "nts", depth)
 
@@ -133,6 +160,11 @@ IMAGE_NAV_AGENTS: dict[str, ImageNavSpec] = {
     "ans_rgb": ImageNavSpec("Active Neural SLAM, adapted", _ans(False), depth=False),
     "ans_rgbd": ImageNavSpec("Active Neural SLAM, adapted", _ans(True)),
     "frontier_rgbd": ImageNavSpec("Metric map + frontiers", _frontier),
+    "il_rgb": _learned("il_rgb", "ResNet + GRU + IL"),
+    "il_rgbd": _learned("il_rgbd", "ResNet + GRU + IL"),
+    "target_rl_rgb": _learned("target_rl_rgb", "Target-driven RL"),
+    "target_rl_rgbd": _learned("target_rl_rgbd", "Target-driven RL"),
+    "metric_map_rl_rgbd": _learned("metric_map_rl_rgbd", "Metric map + RL"),
     "random": ImageNavSpec("Random walk", _random, depth=False, is_learned=False),
     "oracle": ImageNavSpec("NTS, all four functions true", _oracle(), is_privileged=True),
     "oracle_localization": _partial("localization"),
@@ -145,65 +177,34 @@ IMAGE_NAV_AGENTS: dict[str, ImageNavSpec] = {
 }
 """Every agent that has a name."""
 
+TABLE_AGENTS = (
+    *("il_rgb", "target_rl_rgb", "ans_rgb", "nts_rgb"),
+    *("il_rgbd", "target_rl_rgbd", "metric_map_rl_rgbd", "frontier_rgbd", "ans_rgbd", "nts_rgbd"),
+    "random",
+)
+"""The rows of tables 1 and 2, and what chance comes to: what `--agent all` stands for."""
+
+
+def table_agents() -> tuple[str, ...]:
+    """Those of `TABLE_AGENTS` whose weights ship."""
+    from toponav.models.baselines.image_goal_weights import ships
+
+    learned = {name for name in TABLE_AGENTS if "sampled" in IMAGE_NAV_AGENTS[name].options}
+    return tuple(name for name in TABLE_AGENTS if name not in learned or ships(name))
+
 
 @dataclass(frozen=True)
-class ImageNavChoice:
-    """An agent as it is chosen for an evaluation: name, weights, settings, and a label.
-
-    Attributes:
-        agent: Name in the registry, or `module:factory`.
-        weights: Its own folder or preset of weights; None is what the evaluation says.
-        options: Settings of the agent, as names and values.
-        label: Name in the results.
-    """
-
-    agent: str
-    weights: str | None = None
-    options: tuple[tuple[str, str], ...] = ()
-    label: str = ""
+class ImageNavChoice(Choice):
+    """An image-goal agent as it is chosen for an evaluation."""
 
     def __post_init__(self) -> None:
-        if not self.label:
-            weights = f"={self.weights}" if self.weights else ""
-            options = "".join(f",{name}={value}" for name, value in self.options)
-            object.__setattr__(self, "label", f"{self.agent}{weights}{options}")
-        if not self.label.isprintable() or len(self.label) > 120:
-            raise InputError(
-                f"a label is up to 120 printable characters, got {self.label[:40]!r}",
-                where="--agent",
-                remedy="give a shorter one with ,label=NAME",
-            )
+        super().__post_init__()
         if ":" not in self.agent and self.agent not in IMAGE_NAV_AGENTS:
             raise InputError(
                 f"no image-goal agent is called '{self.agent}'",
                 where="--agent",
                 remedy=f"{did_you_mean(self.agent, IMAGE_NAV_AGENTS)} Or give module:factory.",
             )
-
-    @staticmethod
-    def parse(text: str) -> "ImageNavChoice":
-        """What `NAME`, `NAME=WEIGHTS` or `NAME=WEIGHTS,setting=value,label=LABEL` says.
-
-        Example:
-            >>> choice = ImageNavChoice.parse("random,label=chance")
-            >>> choice.agent, choice.label
-            ('random', 'chance')
-        """
-        first, *rest = text.split(",")
-        name, _, weights = first.partition("=")
-        options: dict[str, str] = {}
-        for part in rest:
-            key, equals, value = part.partition("=")
-            if not equals or not key or not value or key in options:
-                raise InputError(
-                    f"'{part}' is no setting of its own",
-                    where=f"--agent {text}",
-                    remedy="write NAME=WEIGHTS,setting=value,label=LABEL; all but NAME may be "
-                    "left out",
-                )
-            options[key] = value
-        label = options.pop("label", "")
-        return ImageNavChoice(name, weights or None, tuple(options.items()), label)
 
     @property
     def spec(self) -> ImageNavSpec | None:
@@ -229,14 +230,11 @@ def make_image_nav_agent(name: str, context: ImageNavContext) -> ImageNavAgent:
     """
     spec = IMAGE_NAV_AGENTS.get(name)
     if spec is not None:
-        if context.options:
-            raise InputError(
-                f"{name} has no setting '{next(iter(context.options))}'",
-                where="--agent",
-                remedy="It takes none.",
-            )
+        for option in context.options.keys() - spec.options:
+            hint = did_you_mean(option, spec.options) if spec.options else "It takes none."
+            raise InputError(f"{name} has no setting '{option}'", where="--agent", remedy=hint)
         return spec.build(context)
-    agent = _own(name)(context)
+    agent = imported_factory(name, "an ImageNavContext")(context)
     if not isinstance(agent, ImageNavAgent):
         raise InputError(
             "an agent has the methods reset, act and belief",
@@ -244,19 +242,6 @@ def make_image_nav_agent(name: str, context: ImageNavContext) -> ImageNavAgent:
             remedy="return an object that follows toponav.core.imagenav.ImageNavAgent",
         )
     return agent
-
-
-def _own(name: str) -> Callable[[ImageNavContext], Any]:
-    module, _, factory = name.partition(":")
-    try:
-        made: Callable[[ImageNavContext], Any] = getattr(importlib.import_module(module), factory)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise InputError(
-            f"cannot be imported ({error})",
-            where=f"--agent {name}",
-            remedy="give module:factory, a function of an ImageNavContext",
-        ) from None
-    return made
 
 
 def title_of(label: str, agent: str | None = None) -> str:

@@ -199,8 +199,7 @@ class _TrueFinder(GoalFinder):
 
     def _arrive(self, pose: Pose2) -> None:
         assert self.place is not None
-        self._seen_near += pose.distance_to(self.place) < self.config.stop_m
-        self.has_arrived = self._seen_near >= self.config.confirmations
+        self.has_arrived = pose.distance_to(self.place) < self.config.stop_m
 
 
 @lru_cache(maxsize=2)

@@ -20,7 +20,7 @@ from toponav.evaluation.report.film import write_film
 from toponav.evaluation.report.images import data_url
 from toponav.worlds.scene import Scene
 
-__all__ = ["EpisodePage", "film_episode"]
+__all__ = ["EpisodePage", "film_episode", "search_section"]
 
 _FPS = 8.0
 _MOMENTS = 5
@@ -95,6 +95,26 @@ def film_episode(
     page = out / "index.html"
     write_atomically(page, _page(scene, record, views, title))
     return EpisodePage(page, film, record)
+
+
+def search_section(made: EpisodePage) -> str:
+    """A section for another page: the film of a search, and the way to its own page (HTML)."""
+    record, goal = made.record, made.record.goals[0]
+    film = data_url(made.film.read_bytes(), "video/mp4")
+    return (
+        "<h2>Without a map: a place it has only a picture of</h2>"
+        '<p class="intro">The second paper, <b>Neural Topological SLAM</b>, in a home that no '
+        "training run saw: panoramas in, four actions out, wheels that slip. The robot builds the "
+        "graph in blue as it goes, drives to the unexplored place with the best score, and says "
+        f"stop where the picture was taken. <b>{_OUTCOMES[goal.outcome]}</b> It drove "
+        f"{goal.path_m:.1f} m in {goal.steps} actions; the shortest path has "
+        f"{goal.geodesic_m:.1f} m.</p>"
+        f'<figure><div class="card"><video src="{film}" controls muted playsinline '
+        'preload="metadata" style="width:100%"></video></div><figcaption>Episode '
+        f"{escape(record.episode.id)}; bars are directions that it thinks explorable, numbers "
+        f'their scores. <a href="image-goal/{made.page.name}">Its own page</a> shows the map and '
+        "the moments that mattered.</figcaption></figure>"
+    )
 
 
 def _page(scene: Scene, record: ImageNavRecord, views: Sequence[StepView], title: str) -> str:

@@ -13,7 +13,8 @@ from typing import Any
 from toponav.core.errors import InputError
 from toponav.core.files import check_out_folder, write_atomically
 from toponav.core.imagenav import DIFFICULTIES, Difficulty, ImageNavEpisode
-from toponav.data.parallel import check_workers, run_parallel
+from toponav.data.engine import Engine, run_tasks
+from toponav.data.parallel import check_workers
 from toponav.evaluation.imagenav.agents import ImageNavChoice
 from toponav.evaluation.imagenav.episode_sets import load_episode_set
 from toponav.evaluation.imagenav.metrics import suite_results
@@ -48,6 +49,8 @@ class ImageNavConfig:
     """What the episodes depend on besides."""
     workers: int = 1
     """Processes; results do not depend on it."""
+    engine: Engine = "local"
+    """Where they run; nor on this."""
 
     def __post_init__(self) -> None:
         if not self.agents:
@@ -63,7 +66,8 @@ class ImageNavConfig:
                 where="--agent",
                 remedy="tell them apart with ,label=NAME",
             )
-        check_workers(self.workers)
+        if self.engine == "local":
+            check_workers(self.workers)
         check_out_folder(self.out)
 
     @cached_property
@@ -144,11 +148,13 @@ def evaluate_image_nav(
         progress(done, len(jobs))
     # Buildings one after the other: making one takes longer than a step in it.
     pending.sort(key=lambda job: (job.episode.scene_seed, config.labels.index(job.label)))
-    run_parallel(
+    run_tasks(
         _run_job,
         pending,
         config.workers,
-        None if progress is None else lambda count: progress(done + count, len(jobs)),
+        engine=config.engine,
+        on_result=lambda job, stored: save_record(job.path, stored),
+        on_poll=None if progress is None else lambda count: progress(done + count, len(jobs)),
     )
     return _finish(config, worker, episodes, jobs, done)
 
@@ -166,12 +172,12 @@ def _finished(job: _Job) -> StoredImageNav | None:
     return stored if stored is not None and stored.key == job.key else None
 
 
-def _run_job(job: _Job) -> None:
+def _run_job(job: _Job) -> StoredImageNav:
     import torch
 
     torch.set_num_threads(1)
     record = _worker(job.settings, job.choices).run(job.label, job.episode)
-    save_record(job.path, StoredImageNav(record, job.key, source_commit()))
+    return StoredImageNav(record, job.key, source_commit())
 
 
 @lru_cache(maxsize=1)

@@ -27,9 +27,7 @@ from toponav.worlds.scene import Scene
 
 __all__ = ["ImageNavSettings", "ImageNavWorker", "sequential_goals"]
 
-_CODE = tuple(
-    f"evaluation/imagenav/{name}.py" for name in ("agents", "episode", "worker", "shortest_path")
-)
+_CODE = tuple(f"evaluation/imagenav/{name}.py" for name in ("agents", "episode", "worker"))
 _MOST_GOALS = 50
 _NEXT_M = (1.5, 5.0)
 

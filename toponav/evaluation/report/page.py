@@ -59,6 +59,7 @@ class DemoReport:
         area_m2: Floor of the building.
         real_time_factor: Simulated seconds per second of computing, by the first agent.
         facts: Lines for the foot of the page.
+        search: Section about a search for the place in a picture, where there was one (HTML).
     """
 
     suite: Suite
@@ -72,6 +73,7 @@ class DemoReport:
     area_m2: float
     real_time_factor: float
     facts: Sequence[str]
+    search: str = ""
 
     def record(self, agent: str, index: int) -> EpisodeRecord:
         """What happened in one episode."""
@@ -106,6 +108,7 @@ def render_page(report: DemoReport) -> str:
         outcome_rows=_outcome_rows(report),
         outcome_foot=_outcome_foot(report),
         drive=_drive_json(report, canvas),
+        search=report.search,
         foot=" · ".join(escape(line) for line in report.facts),
     )
 

@@ -42,14 +42,15 @@ def gn_block(
         Chen et al. 2019, algorithm 1 and table III; Battaglia et al. 2018.
     """
     edge_out = 1 if is_last else width
-    edge_model = _EdgeUpdate(node_width, edge_width, global_width, hidden, edge_out, norm)
+    edge_in = 2 * node_width + edge_width + global_width
+    edge_model = _EdgeUpdate(edge_in, hidden, edge_out, norm)
     if is_last:
         block: nn.Module = MetaLayer(edge_model, None, None)
         return block
     block = MetaLayer(
         edge_model,
-        _NodeUpdate(node_width, width, global_width, hidden, width, norm),
-        _GlobalUpdate(width, width, global_width, hidden, width, norm),
+        _NodeUpdate(width + node_width + global_width, hidden, width, norm),
+        _GlobalUpdate(width + width + global_width, hidden, width, norm),
     )
     return block
 
@@ -85,17 +86,6 @@ class _Update(nn.Module):
 
 
 class _EdgeUpdate(_Update):
-    def __init__(
-        self,
-        node_width: int,
-        edge_width: int,
-        global_width: int,
-        hidden: tuple[int, ...],
-        outputs: int,
-        norm: _Norm,
-    ) -> None:
-        super().__init__(2 * node_width + edge_width + global_width, hidden, outputs, norm)
-
     def forward(
         self,
         source: Float[Tensor, "edges node_width"],
@@ -110,17 +100,6 @@ class _EdgeUpdate(_Update):
 
 
 class _NodeUpdate(_Update):
-    def __init__(
-        self,
-        node_width: int,
-        edge_width: int,
-        global_width: int,
-        hidden: tuple[int, ...],
-        outputs: int,
-        norm: _Norm,
-    ) -> None:
-        super().__init__(node_width + edge_width + global_width, hidden, outputs, norm)
-
     def forward(
         self,
         x: Float[Tensor, "nodes node_width"],
@@ -136,17 +115,6 @@ class _NodeUpdate(_Update):
 
 
 class _GlobalUpdate(_Update):
-    def __init__(
-        self,
-        node_width: int,
-        edge_width: int,
-        global_width: int,
-        hidden: tuple[int, ...],
-        outputs: int,
-        norm: _Norm,
-    ) -> None:
-        super().__init__(node_width + edge_width + global_width, hidden, outputs, norm)
-
     def forward(
         self,
         x: Float[Tensor, "nodes node_width"],

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float32, Int64, UInt8
 
+from toponav.core.camera import CYLINDER_LIFT
 from toponav.models.nts.presets import NTSConfig
 
 __all__ = [
@@ -33,7 +34,6 @@ OBSTACLE_HEIGHTS_M = (0.06, 0.52)
 DEPTH_SCALE_M = 4.0
 """Ranges reach the network as exp(-range / this)."""
 
-_LIFT = 0.7
 _SAMPLES = 2
 
 
@@ -66,7 +66,7 @@ def _samples(rows: int, cols: int, height: int, width: int) -> Int64[np.ndarray,
     quarter = width // 4
     across = width / 2 - side * quarter - np.tan(within) * quarter / 2
     column = np.floor(across).astype(np.int64) % width
-    lift = _LIFT * (1.0 - (np.arange(rows) + 0.5) * 2 / rows)
+    lift = CYLINDER_LIFT * (1.0 - (np.arange(rows) + 0.5) * 2 / rows)
     row = height / 2 - lift[:, None] / np.cos(within)[None, :] * quarter / 2
     row = np.clip(np.floor(row).astype(np.int64), 0, height - 1)
     flat: np.ndarray = row * width + column[None, :]

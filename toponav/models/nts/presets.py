@@ -5,8 +5,21 @@ from typing import Literal
 
 from toponav.core.errors import InputError
 from toponav.core.imagenav import DIRECTIONS
+from toponav.core.vocabulary import RoomKind
 
-__all__ = ["NTSConfig", "NTSPresetName", "get_nts_preset"]
+__all__ = ["ROOM_KINDS", "NTSConfig", "NTSPresetName", "get_nts_preset"]
+
+ROOM_KINDS = (
+    RoomKind.HALLWAY,
+    RoomKind.LIVING_ROOM,
+    RoomKind.KITCHEN,
+    RoomKind.DINING_ROOM,
+    RoomKind.BEDROOM,
+    RoomKind.BATHROOM,
+    RoomKind.STUDY,
+    RoomKind.STORAGE,
+)
+"""Kinds of rooms that the network tells apart."""
 
 NTSPresetName = Literal["compact", "paper"]
 
@@ -84,7 +97,8 @@ def get_nts_preset(name: NTSPresetName, *, depth: bool) -> NTSConfig:
         InputError: There is no such preset.
     """
     if name == "compact":
-        return NTSConfig(depth=depth)
+        # Without depth, how far things are shows in where they stand on the floor: more rows.
+        return NTSConfig(depth=depth, rows=32 if depth else 64)
     if name == "paper":
         return NTSConfig(
             rows=128, cols=512, depth=depth, encoder="resnet18", hidden=512, dropout=0.5

@@ -1,7 +1,7 @@
 """The agent of Neural Topological SLAM, and its two ablations."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ from toponav.models.nts.network import NTSNetwork
 from toponav.navigation.nts.global_policy import GlobalPolicy, GlobalPolicyConfig
 from toponav.navigation.nts.goal_finder import FinderConfig, GoalFinder
 from toponav.navigation.nts.graph_update import GraphUpdate, GraphUpdateConfig
+from toponav.navigation.nts.local_map import LocalMap
 from toponav.navigation.nts.local_policy import LocalPolicy, LocalPolicyConfig
 from toponav.navigation.nts.perception import Perception, View, fault_of
 from toponav.navigation.nts.pose_tracking import PoseTracker
@@ -49,7 +50,9 @@ class NTSAgentConfig:
     local: LocalPolicyConfig = field(default_factory=LocalPolicyConfig)
     approach_steps: int = 70
     """The goal's place is given up when it was not reached in so many steps."""
-    stalled_steps: int = 24
+    sure_m: float = 0.35
+    """So near, what stands between the robot and the goal does not matter."""
+    stalled_steps: int = 30
     """A ghost to which the way did not become shorter in so many steps is given up."""
     greedy_steps: int = 8
     """Without a graph, the direction is chosen anew in so many steps."""
@@ -101,6 +104,11 @@ class NTSAgent:
         """The map so far."""
         return self._update.graph
 
+    @property
+    def seen(self) -> LocalMap:
+        """The occupancy that it drives on, in the frame of the start."""
+        return self._local.map
+
     def reseed(self, seed: int) -> None:
         """Starts random choices afresh from the next `reset` on."""
         self._seed = seed
@@ -120,6 +128,7 @@ class NTSAgent:
         self._mode, self._why, self._subgoal = "explore", "", None
         self._finder = None
         self._approach = 0
+        self._given_up = []
         wants_depth = self.perception.depth
         fault = fault_of(goal.rgb, goal.depth_m, wants_depth=wants_depth)
         if fault:
@@ -155,7 +164,7 @@ class NTSAgent:
             self._policy.score_ghosts(self.graph, self._update.views)
         self._update.remove_explored(pose)
         finder.look(view, pose, self._step)
-        if finder.has_arrived:
+        if finder.has_arrived and self._is_there(pose):
             self._mode, self._why = "stop", "the goal's picture looks like this place"
             action = Action.STOP
         else:
@@ -171,11 +180,15 @@ class NTSAgent:
 
     def belief(self) -> ImageNavBelief:
         """What it thinks after the last `act`."""
-        graph, finder, view = self.graph, self._finder, self._view
-        place = finder.place if finder is not None else None
-        score = None
+        finder, view, score = self._finder, self._view, None
         if view is not None and finder is not None and self.config.use_score:
             score = self.perception.compare([view], finder.goal).score[0]
+        return replace(self.belief_in_brief(), score=score)
+
+    def belief_in_brief(self) -> ImageNavBelief:
+        """The same without the scores from here, which nothing but a picture needs."""
+        graph, finder, view = self.graph, self._finder, self._view
+        place = finder.place if finder is not None else None
         return ImageNavBelief(
             pose=self._tracker.pose,
             nodes=tuple(BeliefNode(n.pose, n.step, n.panorama) for n in graph.nodes),
@@ -189,7 +202,6 @@ class NTSAgent:
             goal=place,
             subgoal=self._subgoal,
             explorable=None if view is None else view.explorable,
-            score=score,
             mode=self._mode,
             stopped_because=self._why,
         )
@@ -207,6 +219,7 @@ class NTSAgent:
         self._mode, self._why = "explore", ""
         self._greedy: tuple[int, Pose2] | None = None
         self._edge: tuple[int, Pose2] | None = None
+        self._given_up: list[tuple[float, float]] = []
         self._progress: tuple[GhostNode, float, int] | None = None
 
     def _look_back(self) -> None:
@@ -215,6 +228,14 @@ class NTSAgent:
         self._policy.score_ghosts(self.graph, self._update.views)
         for node, view in zip(self.graph.nodes, self._update.views, strict=True):
             self._finder.consider(view, node.pose)
+
+    def _is_there(self, pose: Pose2) -> bool:
+        """Whether nothing stands between the robot and the goal that it has seen from here."""
+        assert self._finder is not None
+        place = self._finder.place
+        assert place is not None
+        is_near = pose.distance_to(place) < self.config.sure_m
+        return is_near or self._local.is_straight((place.x_m, place.y_m))
 
     def _move(self, pose: Pose2) -> Action:
         finder = self._finder
@@ -259,14 +280,24 @@ class NTSAgent:
         """Where what is known ends, when no ghost is left; kept until it is reached."""
         if self._edge is not None:
             until, place = self._edge
-            if self._step < until and pose.distance_to(place) > 0.5:
+            is_open = self._local.is_edge((place.x_m, place.y_m))
+            if is_open and self._step < until and pose.distance_to(place) > 0.5:
                 return place
-        frontier = self._local.frontier()
+            if is_open:
+                # What still is an edge from near by cannot be reached.
+                self._given_up.append((place.x_m, place.y_m))
+            self._edge = None
+        frontier = self._local.frontier(self._given_up)
         if frontier is None:
-            return self._wander(pose)
+            return self._guess() or self._wander(pose)
         place = Pose2(*frontier, 0.0)
         self._edge = (self._step + 30, place)
         return place
+
+    def _guess(self) -> Pose2 | None:
+        """Where the goal may be after all: a place that was too doubtful so far."""
+        finder = self._finder
+        return finder.place if finder is not None and finder.take_best_guess() else None
 
     def _greedy_direction(self, pose: Pose2) -> Pose2:
         """Straight into the direction with the best score, with no memory but that."""
@@ -288,6 +319,7 @@ class NTSAgent:
 
     def _wander(self, pose: Pose2) -> Pose2:
         """Nothing is left to explore: go through the map again."""
+        self._mode = "wander"
         if self._greedy is None or self._step >= self._greedy[0]:
             if self.graph.nodes and self._rng.random() < 0.7:
                 number = int(self._rng.integers(len(self.graph.nodes)))
@@ -305,9 +337,9 @@ class NTSAgent:
     def _blind(self, observation: PanoramaObservation) -> Action:
         """The cameras are dead: feel the way on the map that is there."""
         pose = self._tracker.update(observation.odometry, None, self._last_action)
-        self._mode = "recover"
         self._local.observe(observation, pose)
         action = self._drive(self._wander(pose))
+        self._mode = "recover"
         self._last_action = action
         return action
 

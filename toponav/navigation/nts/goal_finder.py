@@ -16,27 +16,34 @@ class FinderConfig:
 
     reach_m: float = 4.0
     """The goal is looked for this far from the robot."""
-    found: float = 0.56
+    found: float = 0.5
     """Agreement from which on a place is taken for the goal, from afar."""
-    network_share: float = 0.06
-    """What a confident network adds to the agreement, or takes from it."""
+    network_share: float = 0.15
+    """What a confident F_L adds to the agreement, or takes from it."""
+    network_pull: float = 0.1
+    """How much better a place a metre away from where F_R has the goal has to agree, where F_L
+    is confident."""
     near_m: float = 1.0
     """Nearer than this, the goal has to look right."""
     near: float = 0.64
     """Agreement that it needs there."""
-    stop_m: float = 0.4
+    stop_m: float = 0.7
     """Stop within this distance."""
+    doubt: float = 0.14
+    """Places that fall short of `found` by up to this are kept for when all else is explored."""
     every_steps: int = 2
     """The goal is looked for everywhere in so many steps."""
     mistake_m: float = 0.8
     """Places within this distance of a mistake are mistakes."""
     confirmations: int = 2
-    """Steps in which the goal has to be seen within `stop_m` before stopping."""
+    """Steps in which the goal has to look right from near by before stopping."""
 
 
 def finder_of(depth: bool) -> FinderConfig:
     """Thresholds for a depth camera, or for predicted ranges, which agree less."""
-    return FinderConfig() if depth else FinderConfig(found=0.48, network_share=0.1, near=0.52)
+    if depth:
+        return FinderConfig()
+    return FinderConfig(found=0.52, network_share=0.3, network_pull=0.25, near=0.62, stop_m=0.55)
 
 
 class GoalFinder:
@@ -61,6 +68,7 @@ class GoalFinder:
         self.has_arrived = False
         self._perception = perception
         self._mistakes: list[tuple[Pose2, float]] = []
+        self._doubtful: list[tuple[float, Pose2]] = []
         self._seen_near = 0
         self._missed_near = 0
 
@@ -86,16 +94,37 @@ class GoalFinder:
         self.place, self.score = None, 0.0
         self._seen_near = self._missed_near = 0
 
+    def take_best_guess(self) -> bool:
+        """Takes the best of the doubtful places for the goal's; whether there was one left."""
+        self._doubtful.sort(key=lambda one: one[0])
+        while self._doubtful:
+            score, place = self._doubtful.pop()
+            if not self._is_mistake(place, score):
+                self.place, self.score = place, score
+                return True
+        return False
+
     def _search(self, view: View, pose: Pose2) -> None:
         config = self.config
-        found = register(view.signature, self.goal.signature, config.reach_m)
-        if found.score < config.found - config.network_share:
-            return
-        chance = float(self._perception.compare([view], self.goal).connection[0])
-        score = found.score + config.network_share * (2.0 * chance - 1.0)
+        pair = self._perception.compare([view], self.goal)
+        chance = float(pair.connection[0])
+        away_m, bearing = float(pair.distance_m[0]), float(pair.direction_rad[0])
+        hint = (
+            away_m * math.cos(bearing),
+            away_m * math.sin(bearing),
+            config.network_pull * chance,
+        )
+        found = register(view.signature, self.goal.signature, config.reach_m, hint)
+        score = self._agreement(found, chance)
         place = pose.compose(found.pose)
         if score > config.found and score > self.score and not self._is_mistake(place, score):
             self.place, self.score = place, score
+        elif config.found - config.doubt < score <= config.found:
+            self._remember(place, score)
+
+    def _agreement(self, found: Registration, chance: float) -> float:
+        """What registration and F_L say together."""
+        return found.score + self.config.network_share * (2.0 * chance - 1.0)
 
     def _check(self, view: View, pose: Pose2) -> None:
         """Looks again at the place believed, when it is near enough to be sure."""
@@ -104,6 +133,8 @@ class GoalFinder:
         if pose.distance_to(self.place) > config.reach_m:
             return
         found = align(view.signature, self.goal.signature, self.place.relative_to(pose))
+        chance = float(self._perception.compare([view], self.goal).connection[0])
+        found = Registration(found.pose, self._agreement(found, chance))
         away_m = math.hypot(found.pose.x_m, found.pose.y_m)
         if found.score >= min(self.score, config.near):
             self._take(found, pose)
@@ -111,8 +142,8 @@ class GoalFinder:
             return
         if found.score >= config.near:
             self._missed_near = 0
-            self._seen_near += away_m < config.stop_m
-            self.has_arrived = self._seen_near >= config.confirmations
+            self._seen_near += 1
+            self.has_arrived = self._seen_near >= config.confirmations and away_m < config.stop_m
             return
         self._missed_near += 1
         if self._missed_near >= 3 and pose.distance_to(self.place) < 0.6:
@@ -121,6 +152,13 @@ class GoalFinder:
     def _take(self, found: Registration, pose: Pose2) -> None:
         self.place = pose.compose(found.pose)
         self.score = max(self.score, found.score)
+
+    def _remember(self, place: Pose2, score: float) -> None:
+        """Keeps a doubtful place; of several near one another the best."""
+        near = [one for one in self._doubtful if one[1].distance_to(place) < 1.0]
+        if all(score > before for before, _ in near):
+            self._doubtful = [one for one in self._doubtful if one not in near]
+            self._doubtful.append((score, place))
 
     def _is_mistake(self, place: Pose2, score: float) -> bool:
         return any(

@@ -12,6 +12,10 @@ from toponav.navigation.nts.perception import Perception, View
 
 __all__ = ["GraphUpdate", "GraphUpdateConfig"]
 
+_BEHIND_M = 0.75
+_DEPTH_SLACK_M = 0.3
+_BEFORE_M = 0.2
+
 
 @dataclass(frozen=True)
 class GraphUpdateConfig:
@@ -25,8 +29,11 @@ class GraphUpdateConfig:
     """Nodes that a view is compared with at most, the nearest ones."""
     moved_m: float = 0.4
     """The robot is localized again after driving so far."""
-    reached_m: float = 1.0
-    """A ghost is explored when the robot comes so near."""
+    reached_m: float = 0.6
+    """A ghost is explored when the robot comes so near; there it makes a node, so that what
+    lies beyond gets ghosts of its own."""
+    apart_m: float = 1.2
+    """Where another node is nearer than this, it makes none."""
 
 
 @dataclass(eq=False)
@@ -52,13 +59,15 @@ class GraphUpdate:
 
     def update(self, view: View, panorama: np.ndarray, pose: Pose2, step: int) -> bool:
         """Takes in a view; whether it became a new node."""
+        at_ghost = self._is_at_ghost(pose)
         if (
-            self._localized_at is not None
+            not at_ghost
+            and self._localized_at is not None
             and pose.distance_to(self._localized_at) < self.config.moved_m
         ):
             return False
         self._localized_at = pose
-        found = self._localize(view, pose)
+        found = None if at_ghost else self._localize(view, pose)
         if found is not None:
             if self.node is not None:
                 self.graph.add_edge(self.node, found)
@@ -82,13 +91,17 @@ class GraphUpdate:
             if pose.distance_to(self.graph.pose_of_ghost(ghost)) >= reached_m
         ]
 
+    def _is_at_ghost(self, pose: Pose2) -> bool:
+        """Whether a ghost was reached where there is no node yet."""
+        config, graph = self.config, self.graph
+        places = map(graph.pose_of_ghost, graph.ghosts)
+        if not any(pose.distance_to(place) < config.reached_m for place in places):
+            return False
+        return not graph.nodes_near(pose, config.apart_m)
+
     def _localize(self, view: View, pose: Pose2) -> int | None:
         """The node that the robot is in; the cost does not grow with the graph."""
-        near = sorted(
-            (pose.distance_to(node.pose), node.number)
-            for node in self.graph.nodes
-            if pose.distance_to(node.pose) < 1.3 * NODE_RADIUS_M
-        )[: self.config.candidates]
+        near = self.graph.nodes_near(pose, 1.3 * NODE_RADIUS_M)[: self.config.candidates]
         if not near:
             return None
         numbers = [number for _, number in near]
@@ -101,34 +114,50 @@ class GraphUpdate:
 
     def _add_ghosts(self, number: int, view: View) -> None:
         node = self.graph.nodes[number]
-        taken = set()
-        for other in self.graph.nodes[:number]:
-            seen = other.pose.relative_to(node.pose)
-            if math.hypot(seen.x_m, seen.y_m) < 1.5 * NODE_RADIUS_M:
-                taken.add(bin_of_direction(math.atan2(seen.y_m, seen.x_m)))
         self.graph.ghosts[:] = [
             ghost for ghost in self.graph.ghosts if not self._leads_to(ghost, node.pose)
         ]
+        others = [
+            self.graph.nodes[other].pose.relative_to(node.pose)
+            for _, other in self.graph.nodes_near(node.pose, NODE_RADIUS_M + _BEHIND_M)
+            if other != number
+        ]
         for direction in range(DIRECTIONS):
-            if view.explorable[direction] > self.config.explorable and direction not in taken:
-                away_m = _depth_of(view, direction)
-                self.graph.ghosts.append(GhostNode(number, direction, away_m))
+            if view.explorable[direction] <= self.config.explorable:
+                continue
+            away_m, bearing_rad = _deepest(view, direction)
+            # A node behind what ends the sight does not lie in this direction.
+            is_known = any(
+                bin_of_direction(math.atan2(seen.y_m, seen.x_m)) == direction
+                and math.hypot(seen.x_m, seen.y_m) < away_m + _BEHIND_M
+                for seen in others
+            )
+            if not is_known:
+                self.graph.ghosts.append(
+                    GhostNode(number, direction, away_m, bearing_rad=bearing_rad)
+                )
 
     def _leads_to(self, ghost: GhostNode, pose: Pose2) -> bool:
         """Whether a new node lies where the ghost stands for."""
         origin = self.graph.nodes[ghost.node].pose
         seen = pose.relative_to(origin)
         away_m = math.hypot(seen.x_m, seen.y_m)
-        if away_m > 1.5 * NODE_RADIUS_M or away_m < 0.5:
+        if away_m > ghost.distance_m + 2.0 * _BEHIND_M or away_m < 0.5:
             return False
-        off = math.atan2(seen.y_m, seen.x_m) - direction_of_bin(ghost.direction)
+        off = math.atan2(seen.y_m, seen.x_m) - self.graph.bearing_of_ghost(ghost)
         off = (off + math.pi) % (2 * math.pi) - math.pi
         return abs(off) < math.pi / DIRECTIONS and away_m > 0.7 * ghost.distance_m
 
 
-def _depth_of(view: View, direction: int) -> float:
-    """How far one sees into a direction, at most the node's radius."""
-    range_m = view.signature.range_m
+def _deepest(view: View, direction: int) -> tuple[float, float]:
+    """How far one sees into a direction, at most the node's radius, and at which bearing."""
+    range_m = np.minimum(view.signature.range_m, NODE_RADIUS_M)
     each = len(range_m) // DIRECTIONS
     part = np.roll(range_m, each // 2)[direction * each : (direction + 1) * each]
-    return float(np.clip(part.max(), 1.0, NODE_RADIUS_M))
+    deepest = part.max()
+    # Of several that are as deep, the middle one: it keeps away from the jambs.
+    rays = np.flatnonzero(part > deepest - _DEPTH_SLACK_M)
+    middle = float(rays[len(rays) // 2])
+    step_rad = 2.0 * math.pi / len(range_m)
+    bearing = direction_of_bin(direction) + (middle - each // 2) * step_rad
+    return float(np.clip(deepest - _BEFORE_M, 1.0, NODE_RADIUS_M)), bearing

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64
-from scipy import ndimage
 
 from toponav.core.geometry import Pose2
 from toponav.core.imagenav import IMAGE_NAV_ROBOT_RADIUS_M
@@ -15,6 +14,7 @@ from toponav.models.nts.panorama import (
     column_yaw_rad,
     horizontal_scale,
 )
+from toponav.navigation.nts.drive_kernels import clearance_cells
 from toponav.navigation.nts.map_kernels import add_ranges, add_view, march
 
 __all__ = ["LocalMap", "MapConfig", "Window"]
@@ -46,7 +46,7 @@ class Window:
         row: First row.
         col: First column.
         speed: 0 in obstacles, 1 in the open.
-        clearance_m: Distance to the nearest obstacle.
+        clearance_m: Distance to the nearest obstacle, up to where none matters.
         unknown: Cells not seen yet.
     """
 
@@ -122,6 +122,11 @@ class LocalMap:
         col = math.floor((x_m - self._origin_m) / self.config.cell_m)
         return min(max(row, 0), last), min(max(col, 0), last)
 
+    def cells_of(self, x_m: float, y_m: float) -> tuple[float, float]:
+        """A point in cells: row and column, with what is left of each."""
+        cell_m = self.config.cell_m
+        return (y_m - self._origin_m) / cell_m, (x_m - self._origin_m) / cell_m
+
     def center_of(self, row: float | int, col: float | int) -> tuple[float, float]:
         """Middle of a cell, x and y."""
         cell_m = self.config.cell_m
@@ -154,11 +159,11 @@ class LocalMap:
         unknown: Bool[np.ndarray, "rows cols"],
     ) -> Window:
         config = self.config
-        distance: np.ndarray = ndimage.distance_transform_edt(~occupied)
-        if not occupied.any():
-            distance = np.full(occupied.shape, 1e3)
-        clearance_m = ((distance - 0.5) * config.cell_m).astype(np.float32)
         tight = IMAGE_NAV_ROBOT_RADIUS_M + config.margin_m
+        reach = math.ceil((tight + config.comfort_m) / config.cell_m) + 1
+        clearance_m = (clearance_cells(occupied, reach) - np.float32(0.5)) * np.float32(
+            config.cell_m
+        )
         share = np.clip((clearance_m - tight) / config.comfort_m, 0.0, 1.0)
         speed = np.where(clearance_m >= tight, 0.35 + 0.65 * share, 0.0).astype(np.float64)
         # Squeezing is for getting out of where one already is: slow, but not a wall.

@@ -1,10 +1,12 @@
 """The local policy: drive to a point near by on a map of what was seen."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float32, Float64
+from scipy import ndimage
 
 from toponav.core.geometry import Pose2, wrap_angle
 from toponav.core.imagenav import (
@@ -14,11 +16,12 @@ from toponav.core.imagenav import (
     Action,
     PanoramaObservation,
 )
+from toponav.navigation.nts.drive_kernels import best_turn
 from toponav.navigation.nts.local_map import LocalMap, MapConfig, Window
 
 __all__ = ["LocalPolicy", "LocalPolicyConfig"]
 
-_HEADINGS = 36
+_AVOIDED_CELLS = 10
 
 
 @dataclass(frozen=True)
@@ -30,8 +33,20 @@ class LocalPolicyConfig:
     """The distance field to a goal that stays is computed again after so many steps."""
     turn_cost_m: float = 0.04
     """A turn is worth this much driving."""
+    frontier_cells: int = 6
+    """Shorter edges of what is known are no ways."""
     moved_share: float = 0.35
     """A step forward that moved less than this share was blocked."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """Metres left to a point, as the map was at a step."""
+
+    target: tuple[float, float]
+    step: int
+    window: Window
+    times: Float64[np.ndarray, "rows cols"]
 
 
 class LocalPolicy:
@@ -53,9 +68,8 @@ class LocalPolicy:
         self._pose = Pose2(0.0, 0.0, 0.0)
         self._last_action: Action | None = None
         self._odometry: Pose2 | None = None
-        self._plan: tuple[tuple[float, float], Window, Float64[np.ndarray, "rows cols"]] | None
-        self._plan = None
-        self._plan_age = 0
+        self._plans: list[_Plan] = []
+        self._step = 0
         self._escape: list[Action] = []
         self._blocked: list[tuple[float, float]] = []
 
@@ -75,10 +89,11 @@ class LocalPolicy:
         if self._was_blocked(observation):
             self.collisions += 1
             self.map.add_bump(pose)
-            self._plan = None
+            self._plans = []
             self._after_collision(pose)
         self._odometry = observation.odometry
         self._pose = pose
+        self._step += 1
         depth_m = observation.depth_m
         if depth_m is not None and _is_alive(depth_m):
             self.map.add_depth(depth_m, pose)
@@ -95,19 +110,15 @@ class LocalPolicy:
         self, target: tuple[float, float]
     ) -> tuple[Window, Float64[np.ndarray, "rows cols"]]:
         """The window and the distance field to a point, computed anew where it is needed."""
-        self._plan_age += 1
-        plan = self._plan
-        if (
-            plan is None
-            or math.dist(plan[0], target) > 0.1
-            or self._plan_age >= self.config.replan_steps
-        ):
-            here = (self._pose.x_m, self._pose.y_m)
-            window = self.map.window([here, target])
-            times = self.map.times_to(window, [target], self._pose)
-            self._plan = plan = (target, window, times)
-            self._plan_age = 0
-        return plan[1], plan[2]
+        oldest = self._step - self.config.replan_steps
+        for plan in self._plans:
+            if plan.step > oldest and math.dist(plan.target, target) <= 0.1:
+                return plan.window, plan.times
+        window = self.map.window([(self._pose.x_m, self._pose.y_m), target])
+        times = self.map.times_to(window, [target], self._pose)
+        # Two plans: one to what is sought, one to the next place on the way there.
+        self._plans = [_Plan(target, self._step, window, times), *self._plans[:1]]
+        return window, times
 
     def distance_m(self, target: tuple[float, float]) -> float:
         """How far the drive to a point is, obstacles included."""
@@ -119,8 +130,28 @@ class LocalPolicy:
         away_m = math.dist(target, (self._pose.x_m, self._pose.y_m))
         return self.distance_m(target) < 4.0 * away_m + 6.0
 
-    def frontier(self) -> tuple[float, float] | None:
-        """The nearest place where known free space borders on what was not seen."""
+    def is_straight(self, target: tuple[float, float]) -> bool:
+        """Whether nothing known stands on the straight line to a point."""
+        away_m = math.dist(target, (self._pose.x_m, self._pose.y_m))
+        for part in np.linspace(0.0, 1.0, 2 + round(away_m / self.map.config.cell_m)):
+            x_m = self._pose.x_m + float(part) * (target[0] - self._pose.x_m)
+            y_m = self._pose.y_m + float(part) * (target[1] - self._pose.y_m)
+            if self.map.evidence[self.map.cell_of(x_m, y_m)] > 0:
+                return False
+        return True
+
+    def is_edge(self, place: tuple[float, float]) -> bool:
+        """Whether there still is something unseen at a place."""
+        row, col = self.map.cell_of(*place)
+        around = self.map.evidence[max(row - 3, 0) : row + 4, max(col - 3, 0) : col + 4]
+        return bool((around == 0).any())
+
+    def frontier(self, avoided: Sequence[tuple[float, float]] = ()) -> tuple[float, float] | None:
+        """The nearest place where known free space borders on what was not seen.
+
+        Args:
+            avoided: Places within half a metre of these do not count.
+        """
         pose = self._pose
         window = self.map.window([(pose.x_m, pose.y_m)])
         here = self.map.times_to(window, [(pose.x_m, pose.y_m)], Pose2(1e6, 1e6, 0.0))
@@ -131,6 +162,17 @@ class LocalPolicy:
         beside[:, :-1] |= window.unknown[:, 1:]
         known = ~window.unknown & (window.clearance_m > IMAGE_NAV_ROBOT_RADIUS_M + 0.05)
         edge = beside & known & np.isfinite(here) & (here > 0.6) & (here < 60.0)
+        for x_m, y_m in avoided:
+            row, col = self.map.cell_of(x_m, y_m)
+            low = max(row - window.row - _AVOIDED_CELLS, 0)
+            left = max(col - window.col - _AVOIDED_CELLS, 0)
+            high = max(row - window.row + _AVOIDED_CELLS + 1, 0)
+            right = max(col - window.col + _AVOIDED_CELLS + 1, 0)
+            edge[low:high, left:right] = False
+        # Slits and the shadows of chair legs are no ways.
+        pieces, count = ndimage.label(edge, np.ones((3, 3)))
+        sizes = np.bincount(pieces.ravel(), minlength=count + 1)
+        edge &= (sizes >= self.config.frontier_cells)[pieces]
         if not edge.any():
             return None
         at = int(np.where(edge, here, np.inf).argmin())
@@ -160,37 +202,22 @@ class LocalPolicy:
     def _towards(self, target: tuple[float, float]) -> Action:
         window, times = self.times(target)
         pose = self._pose
-        best, best_cost = None, math.inf
         here = self._time_at(window, times, pose.x_m, pose.y_m)
-        for number in range(_HEADINGS):
-            turns = (number + 1) // 2 * (1 if number % 2 else -1)
-            heading = pose.yaw_rad + turns * TURN_RAD
-            cost = self._drive_cost(window, times, heading) + abs(turns) * self.config.turn_cost_m
-            if cost < best_cost - 1e-9:
-                best, best_cost = turns, cost
-        if best is None or not math.isfinite(best_cost):
+        row, col = self.map.cells_of(pose.x_m, pose.y_m)
+        turns, cost = best_turn(
+            times,
+            window.clearance_m,
+            row - window.row,
+            col - window.col,
+            pose.yaw_rad,
+            TURN_RAD,
+            FORWARD_M / self.map.config.cell_m,
+            IMAGE_NAV_ROBOT_RADIUS_M,
+            self.config.turn_cost_m,
+        )
+        if not math.isfinite(cost) or (turns == 0 and cost > here + 2.0):
             return self._straight(target)
-        if best == 0 and best_cost > here + 2.0:
-            return self._straight(target)
-        return Action.FORWARD if best == 0 else Action.LEFT if best > 0 else Action.RIGHT
-
-    def _drive_cost(
-        self, window: Window, times: Float64[np.ndarray, "rows cols"], heading: float
-    ) -> float:
-        """Metres left after a step that way, what it squeezes past included."""
-        pose = self._pose
-        dx, dy = math.cos(heading), math.sin(heading)
-        tight = 0.0
-        start = self._clearance_at(window, pose.x_m, pose.y_m)
-        radius_m = IMAGE_NAV_ROBOT_RADIUS_M
-        for share in (0.4, 0.8, 1.2):
-            x_m, y_m = pose.x_m + share * FORWARD_M * dx, pose.y_m + share * FORWARD_M * dy
-            clearance = self._clearance_at(window, x_m, y_m)
-            # Where it is too tight already, any way that widens is good.
-            if clearance < radius_m and clearance < start + 0.01:
-                tight += (radius_m - clearance) * 8.0 + 0.4
-        one = self._time_at(window, times, pose.x_m + FORWARD_M * dx, pose.y_m + FORWARD_M * dy)
-        return one + tight
+        return Action.FORWARD if turns == 0 else Action.LEFT if turns > 0 else Action.RIGHT
 
     def _straight(self, target: tuple[float, float]) -> Action:
         off = wrap_angle(
@@ -211,13 +238,6 @@ class LocalPolicy:
         if not math.isfinite(value):
             value = times[row - 1 : row + 2, col - 1 : col + 2].min() + 0.1
         return float(value)
-
-    def _clearance_at(self, window: Window, x_m: float, y_m: float) -> float:
-        row, col = self.map.cell_of(x_m, y_m)
-        row, col = row - window.row, col - window.col
-        if not (0 <= row < window.speed.shape[0] and 0 <= col < window.speed.shape[1]):
-            return 0.0
-        return float(window.clearance_m[row, col])
 
 
 def _is_alive(depth_m: Float32[np.ndarray, "height width"]) -> bool:

@@ -94,21 +94,36 @@ def signature(
     return Signature(range_m.astype(np.float32), color.astype(np.float32))
 
 
-def register(source: Signature, goal: Signature, reach_m: float) -> Registration:
-    """The pose, among those that the source sees over, from which the goal fits it best."""
+def register(
+    source: Signature,
+    goal: Signature,
+    reach_m: float,
+    hint: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Registration:
+    """The pose, among those that the source sees over, from which the goal fits it best.
+
+    Args:
+        source: What is seen now.
+        goal: What is looked for.
+        reach_m: How far from the source.
+        hint: Where it should be by another opinion, and how much agreement that opinion is
+            worth: places a metre away from it have to agree so much better.
+    """
     small, wanted = source.coarse(), goal.coarse()
     best = np.zeros((_CANDIDATES, 4))
     colour = alike(small.color, wanted.color, _COLOR_SPREAD)
-    search(small.range_m, wanted.range_m, colour, reach_m, _PITCH_M, _FAR_M, best)
+    search(small.range_m, wanted.range_m, colour, reach_m, _PITCH_M, _FAR_M, np.array(hint), best)
     fine = alike(source.color, goal.color, _COLOR_SPREAD)
-    found = Registration(Pose2(0.0, 0.0, 0.0), 0.0)
+    found, best_worth = Registration(Pose2(0.0, 0.0, 0.0), 0.0), 0.0
     for row in best[best[:, 0] > 0]:
         pose = row[1:].copy()
         score = refine(
             source.range_m, goal.range_m, fine, _FAR_M, pose, 0.12, math.radians(5.0), 3
         )
-        if score > found.score:
-            found = Registration(_pose(pose), float(score))
+        away_m = math.hypot(pose[0] - hint[0], pose[1] - hint[1])
+        worth = score - hint[2] * min(1.0, away_m)
+        if worth > best_worth:
+            found, best_worth = Registration(_pose(pose), float(score)), worth
     return found
 
 

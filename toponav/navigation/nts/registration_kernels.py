@@ -77,11 +77,13 @@ def search(
     reach_m: float,
     pitch_m: float,
     far_m: float,
+    hint: np.ndarray,
     best: np.ndarray,
 ) -> None:
     """Fills `best` (rows: score, x, y, yaw), the best yaw of the best places, high to low.
 
-    Places are those that the source sees over: a grid of `pitch_m` within `reach_m`.
+    Places are those that the source sees over: a grid of `pitch_m` within `reach_m`. A hint
+    (x, y, pull) takes from the scores of places away from it, `pull` from a metre on.
     """
     count = range_m.shape[0]
     step = 2.0 * math.pi / count
@@ -108,6 +110,7 @@ def search(
                 if value > top:
                     top = value
                     top_yaw = k * step
+            top -= hint[2] * min(1.0, math.hypot(x_m - hint[0], y_m - hint[1]))
             if top > best[kept - 1, 0]:
                 place = kept - 1
                 while place > 0 and best[place - 1, 0] < top:

@@ -87,10 +87,9 @@ def _texture(surfaces: Surfaces, material: int, s: float, t: float, covered: flo
     first, count = textures.of_material[material]
     copy = max(0, math.ceil(math.log2(max(covered, 1e-9) / math.sqrt(2))))
     start, height, width = textures.place[first + min(copy, count - 1, 8)]
-    lanes = textures.texels[start : start + height * width, None] >> np.array(
-        [42, 21, 0], np.uint64
-    )
-    image = (lanes & np.uint64(255)).astype(float).reshape(height, width, 3)
+    bordered = textures.texels[start : start + (height + 2) * (width + 2)]
+    texels = bordered.reshape(height + 2, width + 2, 1)[1:-1, 1:-1]
+    image = (texels >> np.array([42, 21, 0], np.uint64) & np.uint64(255)).astype(float)
     x, y = (s % 1.0) * width - 0.5, (1.0 - t % 1.0) * height - 0.5
     left, top = math.floor(x), math.floor(y)
     color = np.zeros(3)

@@ -94,17 +94,18 @@ def images_of(
 
 def with_lengths(
     rays: Float32[np.ndarray, "height width 3"],
-) -> Float32[np.ndarray, "pixels 4"]:
+) -> Float32[np.ndarray, "4 pixels"]:
     """Rays and one over the length of each."""
     flat = rays.reshape(-1, 3)
-    return np.append(flat, 1 / np.linalg.norm(flat, axis=1, keepdims=True), axis=1)
+    per_length = 1 / np.linalg.norm(flat, axis=1, keepdims=True)
+    return np.ascontiguousarray(np.append(flat, per_length, axis=1).T)
 
 
 def _colors(
     scene: Scene, camera: Camera, pose: Pose2, hits: Hits, rays: np.ndarray
 ) -> UInt8[np.ndarray, "height width 3"]:
     """The colour image."""
-    mesh, surfaces, grid = scene.mesh, surfaces_of(scene), scene.grid
+    surfaces, grid = surfaces_of(scene), scene.grid
     openness, lamps = surfaces.openness, surfaces.lamps
     image = np.empty((*hits.face.shape, 3), np.uint8)
     number = np.float32
@@ -117,11 +118,10 @@ def _colors(
             rays,
             number(camera.pixel_m),
         ),
-        (mesh.face_material, surfaces.face_data),
-        (surfaces.color, surfaces.textures.of_material),
+        (surfaces.face_data, surfaces.face_data.view(np.int32)),
         (surfaces.textures.texels, surfaces.textures.place),
         (
-            openness.distance.reshape(-1),
+            openness.corners,
             openness.distance.shape,
             openness.origin_m,
             number(1 / openness.voxel_m),

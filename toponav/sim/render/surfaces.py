@@ -30,9 +30,11 @@ class Textures(NamedTuple):
     """Every texture in smaller and smaller copies, in one piece of memory.
 
     Attributes:
-        texels: sRGB colours of all copies, one image after another; red, green and blue from
-            bits 42, 21 and 0, which leaves room to multiply them by weights all at once.
-        place: First texel, height and width of each copy.
+        texels: sRGB colours of all copies, one image after another, each with a border of one
+            texel that repeats those of the other side; red, green and blue from bits 42, 21 and
+            0, which leaves room to multiply them by weights all at once.
+        place: First texel of the border, and height and width without it, of each copy; the
+            last copy is one white texel, for materials without a texture.
         of_material: First copy, and number of copies, of each material's texture; -1 and 0 for
             none.
     """
@@ -59,11 +61,14 @@ class Openness(NamedTuple):
 
     Attributes:
         distance: 255 stands for `REACH_M` and more.
+        corners: The distances of each cube and of its neighbours in z, in y and in both, from
+            the lowest byte up.
         origin_m: Centre of the first cube.
         voxel_m: Side of a cube.
     """
 
     distance: UInt8[np.ndarray, "x y z"]
+    corners: Int32[np.ndarray, " cubes"]
     origin_m: Float32[np.ndarray, "3"]
     voxel_m: float
 
@@ -74,15 +79,15 @@ class Surfaces(NamedTuple):
     Attributes:
         face_data: Of each face: the unit normal, texels per metre in the largest copy of its
             texture, the place in the texture of the first corner as u and what the two
-            barycentric coordinates add to it, the same as v, and padding to 48 bytes.
-        color: Linear colour and glow of each material.
+            barycentric coordinates add to it, the same as v, linear colour, glow; and, as whole
+            numbers, the first copy of its texture and how many smaller ones there are. These 64
+            bytes are one line of the processor's cache.
         textures: What is painted on them.
         openness: How far from corners a place is.
         lamps: Where light comes from.
     """
 
-    face_data: Float32[np.ndarray, "faces 12"]
-    color: Float32[np.ndarray, "materials 4"]
+    face_data: Float32[np.ndarray, "faces 16"]
     textures: Textures
     openness: Openness
     lamps: Lamps
@@ -98,7 +103,6 @@ def surfaces_of(scene: Scene) -> Surfaces:
         textures = _copies(mesh)
         _KNOWN[scene] = Surfaces(
             face_data=_face_data(mesh, textures),
-            color=np.array([(*each.color, each.emission) for each in mesh.materials], np.float32),
             textures=textures,
             openness=_openness(mesh),
             lamps=_lamps(scene),
@@ -122,12 +126,24 @@ def _face_data(mesh: SceneMesh, textures: Textures) -> np.ndarray:
     first = textures.of_material[mesh.face_material, 0]
     size = textures.place[first, 1].astype(np.float64) * textures.place[first, 2]
     texels_m = np.sqrt(twice_repeats * size / np.maximum(twice_area, 1e-12))
-    data = np.zeros((len(mesh.faces), 12), np.float32)
+    data = _on_cache_lines(len(mesh.faces))
     data[:, :3] = normal
     data[:, 3] = np.where(first >= 0, texels_m, 0.0)
     data[:, 4:7] = np.stack([uv[:, 0, 0], add_a[:, 0], add_b[:, 0]], axis=1)
     data[:, 7:10] = np.stack([uv[:, 0, 1], add_a[:, 1], add_b[:, 1]], axis=1)
+    color = np.array([(*each.color, each.emission) for each in mesh.materials], np.float32)
+    data[:, 10:14] = color[mesh.face_material]
+    white = len(textures.place) - 1
+    smaller = np.maximum(textures.of_material[mesh.face_material, 1] - 1, 0)
+    data.view(np.int32)[:, 14:] = np.stack([np.where(first < 0, white, first), smaller], axis=1)
     return data
+
+
+def _on_cache_lines(rows: int) -> Float32[np.ndarray, "rows 16"]:
+    """Zeros in rows of 64 bytes that begin where the processor's cache lines do."""
+    room = np.zeros(16 * rows + 16, np.float32)
+    start = (-room.ctypes.data // 4) % 16
+    return room[start : start + 16 * rows].reshape(rows, 16)
 
 
 def _copies(mesh: SceneMesh) -> Textures:
@@ -144,18 +160,21 @@ def _copies(mesh: SceneMesh) -> Textures:
         while True:
             pixels = np.asarray(image)
             place.append((at, pixels.shape[0], pixels.shape[1]))
-            texels.append(pixels.reshape(-1, 3))
-            at += pixels.shape[0] * pixels.shape[1]
+            bordered = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode="wrap")
+            texels.append(bordered.reshape(-1, 3))
+            at += len(texels[-1])
             if max(image.size) == 1:
                 break
             half = (max(1, image.width // 2), max(1, image.height // 2))
             image = image.resize(half, Image.Resampling.BOX)
         counts.append(len(place) - starts[-1])
-    pixels = np.concatenate(texels or [np.zeros((1, 3), np.uint8)]).astype(np.uint64)
+    texels.append(np.full((9, 3), 255, np.uint8))
+    place.append((at, 1, 1))
+    pixels = np.concatenate(texels).astype(np.uint64)
     lanes = np.array([42, 21, 0], np.uint64)
     return Textures(
         np.bitwise_or.reduce(pixels << lanes, axis=1),
-        np.array(place or [(0, 1, 1)], np.int32),
+        np.array(place, np.int32),
         np.array([(-1, 0) if n is None else (starts[n], counts[n]) for n in numbers], np.int32),
     )
 
@@ -171,9 +190,13 @@ def _openness(mesh: SceneMesh) -> Openness:
     squared = distance_within(marked, math.ceil(REACH_M / voxel_m) + 1)
     distance_m = np.sqrt(np.arange(60001, dtype=np.float64)) * voxel_m
     as_byte = np.rint(np.minimum(distance_m / REACH_M, 1.0) * 255).astype(np.uint8)
-    return Openness(
-        as_byte[np.minimum(squared, 60000)], (lowest + voxel_m / 2).astype(np.float32), voxel_m
+    distance = as_byte[np.minimum(squared, 60000)]
+    beside = np.pad(distance, ((0, 0), (0, 1), (0, 1)), mode="edge")
+    four = np.stack(
+        [beside[:, :-1, :-1], beside[:, :-1, 1:], beside[:, 1:, :-1], beside[:, 1:, 1:]], axis=-1
     )
+    corners = np.ascontiguousarray(four).view("<i4").astype(np.int32, copy=False).reshape(-1)
+    return Openness(distance, corners, (lowest + voxel_m / 2).astype(np.float32), voxel_m)
 
 
 def _lamps(scene: Scene) -> Lamps:

@@ -165,7 +165,8 @@ def _fill_stretch(
     for number in range(count):
         most = min(part - 0.3 if count > 1 else part, 0.8 if small else 2.0)
         width = round(float(rng.uniform(0.6 * most, most)), 2)
-        start = span[0] + number * part + float(rng.uniform(0, part - width))
+        # Rounded up, a window can be a hair wider than its part of the wall.
+        start = span[0] + number * part + float(rng.uniform(0, max(0.0, part - width)))
         window = Window(round(start, 2), round(start + width, 2), *heights)
         if width >= 0.45 and run.is_clear((window.start_m, window.stop_m), heights):
             run.windows.append(window)

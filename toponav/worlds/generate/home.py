@@ -129,7 +129,9 @@ def _furnished(
         rooms=tuple(Room(spec.name, spec.kind) for spec in shell.specs),
         doors=tuple(_door(shell, opening) for opening in shell.openings),
         semantics=canvas.semantics,
-        provenance=Provenance("home", HOME_VERSION, seed),
+        provenance=Provenance(
+            "home", HOME_VERSION, seed, source="" if furniture is None else furniture.name
+        ),
         imported_mesh=canvas.mesh(),
         attribution=canvas.attribution,
     )

@@ -1,0 +1,1 @@
+"""Training of the baselines that act towards a picture end to end."""
