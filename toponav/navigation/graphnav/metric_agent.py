@@ -1,6 +1,8 @@
 """GraphNav with a belief over poses: what preset `best` drives with."""
 
 import math
+from collections.abc import Collection
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -13,24 +15,21 @@ from toponav.maps.task import NavigationTask
 from toponav.models.checkpoints import load_metric_weights
 from toponav.models.graphnav.metric.local_map import LocalMap
 from toponav.models.graphnav.metric.map_picture import MAP_CHANNELS, MapArrays
-from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterConfig
+from toponav.models.graphnav.metric.pose_filter import PoseFilter
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
 from toponav.models.graphnav.metric.steering import SteeringNetwork, steering_features
 from toponav.models.graphnav.preprocess import frame_reducer
-from toponav.navigation.graphnav.avoidance import AvoidanceConfig, CollisionAvoidance
+from toponav.navigation.graphnav.avoidance import CollisionAvoidance
 from toponav.navigation.graphnav.depth_guard import DepthGuard
-from toponav.navigation.graphnav.detour import Detour, DetourConfig
-from toponav.navigation.graphnav.hypotheses import HypothesesConfig, PoseHypotheses
+from toponav.navigation.graphnav.detour import Detour
+from toponav.navigation.graphnav.hypotheses import PoseHypotheses
+from toponav.navigation.graphnav.metric_config import MetricAgentConfig
 from toponav.navigation.graphnav.node_belief import NodeBelief, doorsteps_m
-from toponav.navigation.graphnav.plan_keeping import PlanKeeping, PlanKeepingConfig
+from toponav.navigation.graphnav.plan_keeping import PlanKeeping
 
 __all__ = ["MetricGraphNavAgent", "load_metric_agent"]
 
 _STOP: Final = Velocity(0.0, 0.0)
-_AVOIDANCE: Final = AvoidanceConfig()
-_HYPOTHESES: Final = HypothesesConfig()
-_KEEPING: Final = PlanKeepingConfig()
-_DETOUR: Final = DetourConfig()
 _AT_DOOR_M, _DETOUR_M = 0.9, 1.5
 _BACK_M, _AHEAD_M, _NEAR_M = 1.0, 2.5, 1.0
 _SURE_STD: Final = np.array([0.06, 0.05, 0.03])
@@ -48,13 +47,7 @@ class MetricGraphNavAgent:
         pose_network: Says how far off a believed pose is.
         steering: Drives.
         camera: The camera that the robot carries.
-        filter_config: Noise of the filter; None takes each correction whole (GraphNav
-            without its particle filter).
-        avoidance: How far to stay from obstacles; None drives as the network says.
-        hypotheses: Where in the first room the robot may be; None begins with a single filter
-            at the room's node.
-        keeping: How commands are bent towards the plan's own nodes; None leaves them.
-        detour: When and how a robot that gets nowhere plans its way on; None never.
+        config: What surrounds the networks.
     """
 
     def __init__(
@@ -62,26 +55,20 @@ class MetricGraphNavAgent:
         pose_network: PoseNetwork,
         steering: SteeringNetwork,
         camera: PinholeCamera,
-        filter_config: PoseFilterConfig | None,
-        avoidance: AvoidanceConfig | None = _AVOIDANCE,
-        hypotheses: HypothesesConfig | None = _HYPOTHESES,
-        keeping: PlanKeepingConfig | None = _KEEPING,
-        detour: DetourConfig | None = _DETOUR,
+        config: MetricAgentConfig | None = None,
     ) -> None:
+        self.config = parts = config or MetricAgentConfig()
         self._pose_network, self._steering = pose_network.eval(), steering.eval()
-        self._filter_config = filter_config
-        self._keeping_config: PlanKeepingConfig | None = keeping
         self._keeping: PlanKeeping | None = None
-        self._detour = None if detour is None else Detour(detour)
-        self._hypotheses_config = None if filter_config is None else hypotheses
-        config = steering.config
-        self._reduce = frame_reducer(camera, config)
+        self._detour = None if parts.detours is None else Detour(parts.detours)
+        sizes = steering.config
+        self._reduce = frame_reducer(camera, sizes)
         self._guard = DepthGuard(camera)
-        self._local_map = LocalMap(config.image, config.local_map)
+        self._local_map = LocalMap(sizes.image, sizes.local_map)
         self._avoidance = (
-            None if avoidance is None else CollisionAvoidance(config.image, avoidance)
+            None if parts.avoidance is None else CollisionAvoidance(sizes.image, parts.avoidance)
         )
-        cells = config.local_map.view_cells
+        cells = sizes.local_map.view_cells
         self._picture = np.empty((MAP_CHANNELS, cells, cells), np.float32)
         self._task: NavigationTask | None = None
         self._true_pose: Float64[np.ndarray, " 3"] | None = None
@@ -98,17 +85,18 @@ class MetricGraphNavAgent:
         between_m = doorsteps_m(task)
         self._stops_m = self._arrays.stops_m()
         self._is_inside = math.isfinite(between_m[0])
-        if self._keeping_config is not None:
-            self._keeping = PlanKeeping(task, self._arrays, between_m, self._keeping_config)
+        if self.config.plan_keeping is not None:
+            self._keeping = PlanKeeping(task, self._arrays, between_m, self.config.plan_keeping)
         if self._detour is not None:
             self._detour.clear()
         start = task.map.node(task.plan.nodes[0])
         yaw_rad = task.map.edge(task.plan.edges[0]).yaw_rad
-        self._filter = PoseFilter(np.array([[start.x_m, start.y_m, yaw_rad]]), self._filter_config)
+        parts = self.config
+        self._filter = PoseFilter(np.array([[start.x_m, start.y_m, yaw_rad]]), parts.pose_filter)
         self._hypotheses: PoseHypotheses | None = None
-        if self._hypotheses_config is not None and self._filter_config is not None:
+        if parts.hypotheses is not None and parts.pose_filter is not None:
             self._hypotheses = PoseHypotheses(
-                task, self._pose_network, self._filter_config, self._hypotheses_config
+                task, self._pose_network, parts.pose_filter, parts.hypotheses
             )
         self._local_map.clear()
         if self._avoidance is not None:
@@ -204,7 +192,7 @@ class MetricGraphNavAgent:
         )
         if not (torch.isfinite(mean).all() and torch.isfinite(log_std).all()):
             return
-        correct = self._filter.take if self._filter_config is None else self._filter.correct
+        correct = self._filter.take if self.config.pose_filter is None else self._filter.correct
         correct(mean.numpy(), log_std.exp().numpy())
 
     @torch.inference_mode()
@@ -286,8 +274,7 @@ def load_metric_agent(
     *,
     pose_filter: bool,
     camera: PinholeCamera,
-    avoids_collisions: bool = True,
-    weighs_hypotheses: bool = True,
+    without: Collection[str] = (),
 ) -> MetricGraphNavAgent:
     """GraphNav with a pose belief, with the networks of a folder or of a shipped preset.
 
@@ -295,14 +282,13 @@ def load_metric_agent(
         weights: A folder of checkpoints, the name of a shipped preset, or None for `best`.
         pose_filter: Whether to filter the belief (GraphNavPF).
         camera: The camera that the robot carries.
-        avoids_collisions: Whether commands are kept clear of what the robot has seen.
-        weighs_hypotheses: Whether the filter begins with several poses in the first room.
+        without: Parts to leave out, of `metric_config.PARTS`.
 
     Raises:
         InputError: The weights cannot be read, or the camera does not suit them.
     """
     loaded = load_metric_weights(weights or "best")
-    config = PoseFilterConfig() if pose_filter else None
-    avoidance = _AVOIDANCE if avoids_collisions else None
-    hypotheses = _HYPOTHESES if weighs_hypotheses else None
-    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config, avoidance, hypotheses)
+    config = MetricAgentConfig().without(without)
+    if not pose_filter:
+        config = replace(config, pose_filter=None)
+    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config)
