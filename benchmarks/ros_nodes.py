@@ -1,12 +1,12 @@
 """Measures the ROS 2 nodes: simulator here, agent in another process, on area 3.
 
-    python benchmarks/ros_nodes.py outcomes               the same five plans with and without ROS
-    python benchmarks/ros_nodes.py latency --seconds 300  depth stamp to cmd_vel, in real time
-    python benchmarks/ros_nodes.py latency --seconds 1800 the soak run: deadlines and memory
-    python benchmarks/ros_nodes.py faults                 lost, late, NaN, frozen frames; kill -9
+    python benchmarks/ros_nodes.py outcomes   the same five plans with and without ROS
+    python benchmarks/ros_nodes.py latency    depth stamp to cmd_vel, five minutes of real time
+    python benchmarks/ros_nodes.py soak       half an hour of it: deadlines and memory
+    python benchmarks/ros_nodes.py faults     lost, late, NaN, frozen frames; kill -9
 
-Writes benchmarks/results/ros_<what>.json (latency: and a histogram, ros_latency.png). Needs ROS 2:
-run it with the Python of .venv-ros (`make test-ros` makes it).
+Writes benchmarks/results/ros_<what>.json (latency and soak: and a histogram, .png). Needs
+ROS 2: run it with the Python of .venv-ros (`make test-ros` makes it).
 """
 
 import argparse
@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -44,8 +45,8 @@ FAULTS = {
 def main() -> int:
     """Run one of the benchmarks."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["outcomes", "latency", "faults"])
-    parser.add_argument("--seconds", type=float, default=300.0, help="length of the latency run")
+    parser.add_argument("what", choices=["outcomes", "latency", "soak", "faults"])
+    parser.add_argument("--seconds", type=float, help="length of latency (300) or soak (1800)")
     parser.add_argument("--plans", type=int, default=5)
     parser.add_argument("--rate", type=float, default=4.0, help="of faults: how fast, at most")
     options = parser.parse_args()
@@ -59,7 +60,9 @@ def main() -> int:
         if options.what == "outcomes":
             found = outcomes(worker)
         elif options.what == "latency":
-            found = latency(worker, options.seconds)
+            found = latency(worker, "ros_latency", options.seconds or 300.0)
+        elif options.what == "soak":
+            found = latency(worker, "ros_soak", options.seconds or 1800.0)
         else:
             found = faults(worker, options.rate)
     name, metrics, details = found
@@ -137,27 +140,35 @@ def outcomes(worker: EpisodeWorker) -> tuple[str, dict[str, float], dict[str, An
     return "ros_outcomes", metrics, {"agent": AGENT, "weights": "best", "plans": rows}
 
 
-def latency(worker: EpisodeWorker, seconds: float) -> tuple[str, dict[str, float], dict[str, Any]]:
+def latency(
+    worker: EpisodeWorker, name: str, seconds: float
+) -> tuple[str, dict[str, float], dict[str, Any]]:
     """Plan after plan in real time, until the time is over."""
-    memory: list[tuple[float, int, int]] = []
+    rows: list[dict[str, float]] = []
     began_s = time.monotonic()
     frames = 0
     with harness_of(worker, worker.suite.tasks[0]) as harness:
-        node, round_ = harness.node, 0
+        node, agent = harness.node, harness.agent
         node.latencies_ms.clear()
         while time.monotonic() - began_s < seconds:
-            task = worker.suite.tasks[round_ % len(worker.suite.tasks)]
-            before = node.ticks
+            task = worker.suite.tasks[len(rows) % len(worker.suite.tasks)]
+            ticks, decisions = node.ticks, len(node.latencies_ms)
             drive(harness, worker, task, lambda: time.monotonic() - began_s >= seconds)
             # The first frame of a drive waits for the goal to be accepted.
-            frames += max((node.ticks - before) // 10 - 2, 0)
-            memory.append((time.monotonic() - began_s, harness.agent.resident_kib(), own_kib()))
-            round_ += 1
+            frames += max((node.ticks - ticks) // 10 - 2, 0)
+            rows.append(
+                {
+                    "s": round(time.monotonic() - began_s, 1),
+                    "agent_mib": round(agent.resident_kib() / 1024, 1),
+                    "simulator_mib": round(own_kib() / 1024, 1),
+                    "waited_for_cpu_s": round(waited_s(agent.process.pid) + waited_s(), 2),
+                    "latency_ms_max": round(max(node.latencies_ms[decisions:], default=0.0), 1),
+                }
+            )
         found = np.array(node.latencies_ms)
         late = node.late_ticks / max(node.ticks, 1)
-    histogram(found)
+    histogram(name, found)
     missed = max(frames - int((found <= 200.0).sum()), 0) / max(frames, 1)
-    settled = memory[len(memory) // 5]
     metrics = {
         "seconds": seconds,
         "decisions": float(len(found)),
@@ -167,19 +178,39 @@ def latency(worker: EpisodeWorker, seconds: float) -> tuple[str, dict[str, float
         "latency_ms_max": float(found.max()),
         "missed_deadline_share": missed,
         "late_tick_share": late,
-        "agent_memory_growth_mib": (memory[-1][1] - settled[1]) / 1024,
-        "simulator_memory_growth_mib": (memory[-1][2] - settled[2]) / 1024,
+        "agent_memory_mib_per_minute": growth(rows, "agent_mib"),
+        "simulator_memory_mib_per_minute": growth(rows, "simulator_mib"),
+        "waited_for_cpu_share": rows[-1]["waited_for_cpu_s"] / rows[-1]["s"],
     }
     details = {
         "agent": AGENT,
+        "weights": "best",
         "load_average": os.getloadavg(),
         "cpus": len(os.sched_getaffinity(0)),
-        "memory_s_agent_kib_simulator_kib": memory,
+        "drives": rows,
         "histogram_ms": np.histogram(found, bins=[*range(0, 101, 2), 150, 200, 500, 1e9])[
             0
         ].tolist(),
     }
-    return "ros_latency", metrics, details
+    return name, metrics, details
+
+
+def growth(rows: list[dict[str, float]], key: str) -> float:
+    """MiB a minute, by a straight line through what was held after the first third."""
+    settled = [row for row in rows if row["s"] >= rows[-1]["s"] / 3]
+    if len(settled) < 3:
+        return float("nan")
+    minutes = [row["s"] / 60 for row in settled]
+    return float(np.polyfit(minutes, [row[key] for row in settled], 1)[0])
+
+
+def waited_s(pid: int | str = "self") -> float:
+    """How long the threads of a process were ready and had no CPU, because of others."""
+    waited_ns = 0
+    for thread in Path(f"/proc/{pid}/task").glob("*/schedstat"):
+        with suppress(OSError):
+            waited_ns += int(thread.read_text().split()[1])
+    return waited_ns / 1e9
 
 
 def own_kib() -> int:
@@ -190,7 +221,7 @@ def own_kib() -> int:
     return 0
 
 
-def histogram(latencies_ms: np.ndarray) -> None:
+def histogram(name: str, latencies_ms: np.ndarray) -> None:
     """The picture of docs/ros.md."""
     import matplotlib
 
@@ -205,7 +236,7 @@ def histogram(latencies_ms: np.ndarray) -> None:
     ax.set_xlabel("depth stamp to cmd_vel, ms (100: and more)")
     ax.set_ylabel("decisions")
     ax.legend(frameon=False)
-    figure.savefig(RESULTS / "ros_latency.png", dpi=110)
+    figure.savefig(RESULTS / f"{name}.png", dpi=110)
 
 
 def faults(worker: EpisodeWorker, rate: float) -> tuple[str, dict[str, float], dict[str, Any]]:

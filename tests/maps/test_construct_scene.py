@@ -1,4 +1,5 @@
 import itertools
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -105,6 +106,24 @@ def test_a_room_behind_a_room_is_drawn_unless_it_is_a_cupboard(deep_m: float, dr
     built = map_from_scene(scene)
     assert_good(scene, built)
     assert ("c" in built.rooms) is drawn
+
+
+def test_a_broad_place_that_leads_to_rooms_is_a_hall_on_a_bare_grid() -> None:
+    scene = building(
+        (22.0, 14.0),
+        ("H", 10.3, 6.0, 21.0, 7.6), ("x", 4.0, 4.0, 10.0, 10.0), (" ", 10.0, 6.4, 10.3, 7.2),
+        ("a", 1.0, 5.0, 3.7, 8.0), (" ", 3.7, 6.0, 4.0, 6.8),
+        ("b", 4.0, 1.0, 6.5, 3.7), (" ", 4.6, 3.7, 5.4, 4.0),
+        ("c", 7.0, 1.0, 9.5, 3.7), (" ", 7.6, 3.7, 8.4, 4.0),
+        ("d", 5.0, 10.3, 8.0, 13.0), (" ", 6.0, 10.0, 6.8, 10.3),
+        ("e", 12.0, 7.9, 15.0, 11.0), (" ", 13.0, 7.6, 13.8, 7.9),
+        ("f", 17.0, 7.9, 20.0, 11.0), (" ", 18.0, 7.6, 18.8, 7.9),
+    )  # fmt: skip
+    bare = replace(scene, rooms=(), room_index=np.full_like(scene.room_index, -1))
+    built = map_from_scene(bare)
+    assert not validate(built)
+    kinds = Counter(node.kind for node in built.nodes)
+    assert kinds[NodeKind.ROOM] == kinds[NodeKind.DOOR] == 6
 
 
 def test_a_lounge_between_two_hallways_is_crossed() -> None:

@@ -290,3 +290,36 @@ def test_cleaned_parts_hold_finite_corners_alone(
     )
     assert np.isfinite(part.vertices).all()
     assert ((part.faces >= 0) & (part.faces < max(len(part.vertices), 1))).all()
+
+
+def test_archives_that_explode_are_refused_in_little_memory(tmp_path: Path) -> None:
+    write_sh3d(tmp_path / "a.sh3d", home_xml() + " " * 60_000_000)
+    write_sh3f(tmp_path / "a.sh3f", **{"models/chair.obj": b"#" * 60_000_000})
+    models = load_sh3f(tmp_path / "a.sh3f").models
+    tracemalloc.start()
+    with pytest.raises(InputError, match="bytes are read"):
+        import_building(tmp_path / "a.sh3d")
+    with pytest.raises(InputError, match="bytes are read"):
+        [model.mesh for model in models]
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 30e6
+
+
+def test_names_in_archives_lead_nowhere_else(tmp_path: Path) -> None:
+    write_sh3d(tmp_path / "a.sh3d", **{"../../evil.txt": b"evil", "/evil.txt": b"evil"})
+    answer = answer_of(["scene", "import", tmp_path / "a.sh3d", "--out", tmp_path / "o"], tmp_path)
+    assert answer.status in (0, 1)
+    assert {name.split("/")[0] for name in answer.changed} <= {"o"}
+    assert not (tmp_path.parent / "evil.txt").exists()
+
+
+def test_more_triangles_than_a_scene_may_have_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from toponav.worlds.load import mesh_parts
+
+    monkeypatch.setattr(mesh_parts, "MAX_FACES", 20)
+    (tmp_path / "a.obj").write_text(obj_text())
+    with pytest.raises(InputError, match="more than 20 triangles"):
+        import_building(tmp_path / "a.obj")

@@ -26,8 +26,8 @@ _CLUTTER_M = 0.25
 """Furniture is filled in up to this distance from the floor around it."""
 _INDOORS = 0.2
 """Share of the floor that must be left when what touches the plan's edges is left out."""
-_HUB_DOORS = 4
-"""Where no region is long, the one with the most doors is the hall, from this many on."""
+_HUB_ROOMS = 3
+"""A region that leads to as many rooms that no hall leads to is a hall, whatever its shape."""
 
 
 def with_rooms(scene: Scene) -> Scene:
@@ -87,10 +87,24 @@ def _halls(
         busy = half_m < _CORRIDOR_M and count[number] >= _BUSY_DOORS
         if busy or (long and count[number] >= _HALL_DOORS):
             halls.add(number)
-    if halls:
-        return halls
-    hub = max(keep, key=lambda number: count[number])
-    return {hub} if count[hub] >= _HUB_DOORS else set()
+    return _with_hubs(halls, keep, doors)
+
+
+def _with_hubs(halls: set[int], keep: list[int], doors: tuple[Opening, ...]) -> set[int]:
+    """Halls, and the regions through which people get to the rooms that are not at any of them."""
+    beside: dict[int, set[int]] = {number: set() for number in keep}
+    for door in doors:
+        if set(door.rooms) <= set(keep):
+            for number in door.rooms:
+                beside[number] |= set(door.rooms) - {number}
+    halls = set(halls)
+    while len(halls) < len(keep):
+        lost = {n for n in keep if n not in halls and not beside[n] & halls}
+        hub = max((n for n in keep if n not in halls), key=lambda n: len(beside[n] & lost))
+        if len(beside[hub] & lost) < _HUB_ROOMS:
+            break
+        halls.add(hub)
+    return halls
 
 
 def _outdoors(occupied: Bool[np.ndarray, "rows cols"]) -> Bool[np.ndarray, "rows cols"]:

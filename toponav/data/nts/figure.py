@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from jaxtyping import Float32
 
 from toponav.core.geometry import Pose2, wrap_angle
 from toponav.core.imagenav import DIRECTIONS, NODE_RADIUS_M, direction_of_bin
@@ -33,12 +34,17 @@ def column_of_direction(yaw_rad: float, width: int) -> float:
     return (width / 2 - quarter * width / 4 - offset * width / 8) % width
 
 
-def label_figure(home: HomePanoramas, pairs: Sequence[tuple[int, int]]) -> "Figure":
+def label_figure(
+    home: HomePanoramas,
+    pairs: Sequence[tuple[int, int]],
+    predicted: Sequence[Float32[np.ndarray, " directions"]] | None = None,
+) -> "Figure":
     """Plan, source and goal of some pairs: node, exits, directions and their scores.
 
     Args:
         home: A collected home.
         pairs: Numbers of sources and goals.
+        predicted: What a network takes the scores of each pair for, shown above the labels.
     """
     from matplotlib.figure import Figure
 
@@ -49,6 +55,8 @@ def label_figure(home: HomePanoramas, pairs: Sequence[tuple[int, int]]) -> "Figu
         _draw_plan(plan, home, source, goal)
         above = figure.add_subplot(grid[2 * number, 1])
         _draw_source(above, home, source, goal)
+        if predicted is not None:
+            _draw_predicted(above, home, source, predicted[number])
         below = figure.add_subplot(grid[2 * number + 1, 1])
         below.imshow(home.rgb[goal])
         below.set_title("goal", fontsize=8)
@@ -112,3 +120,23 @@ def _draw_source(axes: "Axes", home: HomePanoramas, source: int, goal: int) -> N
     axes.set_xlim(0, width)
     axes.set_title("source, with the score of each explorable direction", fontsize=8)
     axes.set_axis_off()
+
+
+def _draw_predicted(
+    axes: "Axes", home: HomePanoramas, source: int, scores: Float32[np.ndarray, " directions"]
+) -> None:
+    labels = labels_of(home)
+    open_to = labels.explorable[source]
+    best = int(np.where(open_to, scores, -1.0).argmax())
+    for number in np.flatnonzero(open_to).tolist():
+        axes.text(
+            column_of_direction(direction_of_bin(number), home.config.width),
+            home.config.height * 0.08,
+            f"{scores[number]:.2f}",
+            color="black",
+            fontsize=7,
+            ha="center",
+            va="top",
+            backgroundcolor="gold" if number == best else (1.0, 1.0, 1.0, 0.75),
+        )
+    axes.set_title("source, with scores: predicted above, true below", fontsize=8)

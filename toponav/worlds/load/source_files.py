@@ -18,8 +18,8 @@ __all__ = ["FolderFiles", "SourceFiles", "ZipFiles", "beside"]
 
 _MAX_ENTRIES = 100_000
 _MAX_ARCHIVE_BYTES = 4 << 30
-_MAX_RATIO = 2000
-_SMALL_BYTES = 1_000_000
+_MAX_RATIO = 100
+_SMALL_BYTES = 16_000_000
 
 
 @runtime_checkable
@@ -134,7 +134,8 @@ class ZipFiles:
         size, packed = self._size_of[entry], self._packed_of[entry]
         if size > max_bytes or size > max(_SMALL_BYTES, _MAX_RATIO * max(packed, 1)):
             raise InputError(
-                f"at most {max_bytes:,} bytes are read, and {_MAX_RATIO} for each packed one; "
+                f"at most {max_bytes:,} bytes are read, and beyond {_SMALL_BYTES:,} at most "
+                f"{_MAX_RATIO} for each packed one; "
                 f"the file says {size:,} from {packed:,}",
                 where=where,
                 remedy="check where the archive came from",
