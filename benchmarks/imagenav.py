@@ -76,7 +76,7 @@ RUNS = {
     ),
     "sliding": Run(("nts_rgbd", "nts_rgb"), 14, ImageNavSettings(sliding=True)),
 }
-"""The runs, the most important first. homes-test has 14 homes: multiples of 14 visit each alike."""
+"""The runs, the most important first. homes-test has 14 homes: multiples of it visit each alike."""
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -7,6 +7,7 @@ import torch
 from toponav.core.camera import PanoramaCamera
 from toponav.core.errors import InputError
 from toponav.models.checkpoints import load_checkpoint, save_checkpoint
+from toponav.models.nts.encoder import folded
 from toponav.models.nts.network import NTSNetwork
 from toponav.models.nts.panorama import (
     column_yaw_rad,
@@ -124,3 +125,19 @@ def test_input_has_forward_first_and_left_after_it() -> None:
     assert seen[0, 16, 1:3].min() > 200
     assert seen[1, 16, 37:39].min() > 200
     assert seen[3, 16, 37] > seen[3, 16, 1]
+
+
+@torch.inference_mode()
+def test_folded_network_says_the_same_in_fewer_layers() -> None:
+    network, images = _network(), _images(2)
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.running_mean += 0.3
+            module.running_var *= 1.7
+    quick = folded(network)
+    one, other = network.encode(images), quick.encode(images)
+    assert torch.allclose(one, other, atol=1e-4)
+    here, there = network.pair(one, one.flip(0)), quick.pair(other, other.flip(0))
+    assert torch.allclose(here.score, there.score, atol=1e-4)
+    assert not any(isinstance(module, torch.nn.BatchNorm2d) for module in quick.modules())
+    assert any(isinstance(module, torch.nn.BatchNorm2d) for module in network.modules())

@@ -1,13 +1,16 @@
 """Encoders of panoramas: a few features for each direction around the robot."""
 
+import copy
+
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn import functional
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from toponav.models.nts.presets import NTSConfig
 
-__all__ = ["AroundEncoder", "ResNet18Encoder", "WrappedConv"]
+__all__ = ["AroundEncoder", "ResNet18Encoder", "WrappedConv", "folded"]
 
 
 class WrappedConv(nn.Module):
@@ -21,7 +24,7 @@ class WrappedConv(nn.Module):
         self.pad_rows = (kernel[0] - 1) // 2
         self.pad_cols = (kernel[1] - 1) // 2
         self.conv = nn.Conv2d(inputs, outputs, kernel, stride, bias=False)
-        self.norm = nn.BatchNorm2d(outputs)
+        self.norm: nn.Module = nn.BatchNorm2d(outputs)
 
     def forward(self, x: Tensor) -> Tensor:
         """The convolved picture, without an activation."""
@@ -31,6 +34,16 @@ class WrappedConv(nn.Module):
             x = functional.pad(x, (0, 0, self.pad_rows, self.pad_rows))
         out: Tensor = self.norm(self.conv(x))
         return out
+
+
+def folded(network: nn.Module) -> nn.Module:
+    """A copy for inference whose normalisations are part of the convolutions before them."""
+    answer = copy.deepcopy(network).eval()
+    for module in answer.modules():
+        if isinstance(module, WrappedConv) and isinstance(module.norm, nn.BatchNorm2d):
+            module.conv = fuse_conv_bn_eval(module.conv, module.norm)
+            module.norm = nn.Identity()
+    return answer
 
 
 class _Residual(nn.Module):

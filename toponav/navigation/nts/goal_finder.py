@@ -33,6 +33,8 @@ class FinderConfig:
     """Places that fall short of `found` by up to this are kept for when all else is explored."""
     every_steps: int = 2
     """The goal is looked for everywhere in so many steps."""
+    moved_m: float = 0.1
+    """A robot that only turned sees nothing new: it looks again after moving so far."""
     mistake_m: float = 0.8
     """Places within this distance of a mistake are mistakes."""
     confirmations: int = 2
@@ -69,6 +71,7 @@ class GoalFinder:
         self._perception = perception
         self._mistakes: list[tuple[Pose2, float]] = []
         self._doubtful: list[tuple[float, Pose2]] = []
+        self._looked: Pose2 | None = None
         self._seen_near = 0
         self._missed_near = 0
 
@@ -77,7 +80,9 @@ class GoalFinder:
         if self.place is not None:
             self._check(view, pose)
         is_close = self.place is not None and pose.distance_to(self.place) < self.config.near_m
-        if not is_close and step % self.config.every_steps == 0:
+        has_moved = self._looked is None or pose.distance_to(self._looked) > self.config.moved_m
+        if not is_close and has_moved and step % self.config.every_steps == 0:
+            self._looked = pose
             self._search(view, pose)
         return self.place
 

@@ -9,6 +9,7 @@ from jaxtyping import Float, Float32, UInt8
 from torch import Tensor
 
 from toponav.core.imagenav import DIRECTIONS, PANORAMA_SHAPE
+from toponav.models.nts.encoder import folded
 from toponav.models.nts.network import NTSNetwork
 from toponav.models.nts.panorama import network_input
 from toponav.navigation.nts.registration import Signature, signature
@@ -60,7 +61,7 @@ class Perception:
     """
 
     def __init__(self, network: NTSNetwork) -> None:
-        self.network = network.eval()
+        self.network: NTSNetwork = folded(network)  # type: ignore[assignment]
 
     @property
     def depth(self) -> bool:
