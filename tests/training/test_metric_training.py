@@ -101,7 +101,7 @@ def test_agent_in_use_believes_what_the_replay_does(cache, weights):
     replayed = replay_beliefs(one, load_metric_weights(weights).pose)
     drive = read_trajectory(cache.parent / "drives" / "trajectories" / "000000.mcap")
     agent = load_metric_agent(
-        str(weights), pose_filter=True, camera=CAMERA, weighs_hypotheses=False
+        str(weights), pose_filter=True, camera=CAMERA, without=["hypotheses"]
     )
     agent.reset(NavigationTask(one.data.map_of(0), one.data.plan_of(0)))
     for step in range(25):

@@ -188,8 +188,7 @@ def _metric_gtl(context: AgentContext) -> Agent[NavigationTask]:
 def _metric_agent(context: AgentContext, *, pose_filter: bool) -> "MetricGraphNavAgent":
     from toponav.navigation.graphnav.metric_agent import load_metric_agent
 
-    switches = {name: context.options.get(name, "on") for name in _METRIC_OPTIONS}
-    for name, told in switches.items():
+    for name, told in context.options.items():
         if told not in ("on", "off"):
             raise InputError(
                 f"{name} is on or off, got '{told}'",
@@ -200,12 +199,11 @@ def _metric_agent(context: AgentContext, *, pose_filter: bool) -> "MetricGraphNa
         context.weights,
         pose_filter=pose_filter,
         camera=context.camera,
-        avoids_collisions=switches["avoidance"] == "on",
-        weighs_hypotheses=switches["hypotheses"] == "on",
+        without=[name for name, told in context.options.items() if told == "off"],
     )
 
 
-_METRIC_OPTIONS = frozenset({"avoidance", "hypotheses"})
+_METRIC_OPTIONS = frozenset({"avoidance", "hypotheses", "plan_keeping", "detours"})
 
 
 def _metric_own_belief(context: AgentContext) -> Agent[NavigationTask]:

@@ -7,8 +7,8 @@ import pytest
 from tests.evaluation.imagenav.searches import GOAL, Scripted, episode, simulation
 from toponav.core.geometry import Pose2
 from toponav.core.imagenav import Action
-from toponav.evaluation.imagenav.episode import StepView, run_episode
 from toponav.data.nts.shortest_path import ShortestPathAgent
+from toponav.evaluation.imagenav.episode import StepView, run_episode
 from toponav.navigation.baselines.random_walk import RandomWalkAgent
 
 AHEAD = [Action.FORWARD] * 8

@@ -86,12 +86,20 @@ class CollisionAvoidance:
         near = points[(points**2).sum(axis=1) < self.config.reach_m**2]
         self._frames = [*self._frames[1 - self.config.memory :], near]
 
-    def checked(self, command: Velocity, drift_m: float = 0.0) -> Velocity:
+    @property
+    def obstacles(self) -> Float[np.ndarray, "points 2"]:
+        """What is remembered: metres forward and left of the robot."""
+        return np.concatenate(self._frames) if self._frames else np.empty((0, 2))
+
+    def checked(
+        self, command: Velocity, drift_m: float = 0.0, *, may_turn_away: bool = True
+    ) -> Velocity:
         """The nearest command that keeps clear.
 
         Args:
             command: What the robot would do.
             drift_m: How far it rolls on by the command before, whatever it does.
+            may_turn_away: Whether a robot that has been blocked for a while turns to one side.
         """
         if command.linear_m_s <= 0.0 or not self._frames:
             return command
@@ -109,7 +117,8 @@ class CollisionAvoidance:
             config.slowing,
             config.turning,
         )
-        return self._unblocked(Velocity(float(linear), float(angular)))
+        clear = Velocity(float(linear), float(angular))
+        return self._unblocked(clear) if may_turn_away else clear
 
     def _unblocked(self, command: Velocity) -> Velocity:
         """Turn on to one side where the way has been blocked for a while.

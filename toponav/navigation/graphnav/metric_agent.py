@@ -1,6 +1,8 @@
 """GraphNav with a belief over poses: what preset `best` drives with."""
 
 import math
+from collections.abc import Collection
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -13,20 +15,22 @@ from toponav.maps.task import NavigationTask
 from toponav.models.checkpoints import load_metric_weights
 from toponav.models.graphnav.metric.local_map import LocalMap
 from toponav.models.graphnav.metric.map_picture import MAP_CHANNELS, MapArrays
-from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterConfig
+from toponav.models.graphnav.metric.pose_filter import PoseFilter
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
 from toponav.models.graphnav.metric.steering import SteeringNetwork, steering_features
 from toponav.models.graphnav.preprocess import frame_reducer
-from toponav.navigation.graphnav.avoidance import AvoidanceConfig, CollisionAvoidance
+from toponav.navigation.graphnav.avoidance import CollisionAvoidance
 from toponav.navigation.graphnav.depth_guard import DepthGuard
-from toponav.navigation.graphnav.hypotheses import HypothesesConfig, PoseHypotheses
-from toponav.navigation.graphnav.node_belief import NodeBelief
+from toponav.navigation.graphnav.detour import Detour
+from toponav.navigation.graphnav.hypotheses import PoseHypotheses
+from toponav.navigation.graphnav.metric_config import MetricAgentConfig
+from toponav.navigation.graphnav.node_belief import NodeBelief, doorsteps_m
+from toponav.navigation.graphnav.plan_keeping import PlanKeeping
 
 __all__ = ["MetricGraphNavAgent", "load_metric_agent"]
 
 _STOP: Final = Velocity(0.0, 0.0)
-_AVOIDANCE: Final = AvoidanceConfig()
-_HYPOTHESES: Final = HypothesesConfig()
+_AT_DOOR_M, _DETOUR_M = 0.9, 1.5
 _BACK_M, _AHEAD_M, _NEAR_M = 1.0, 2.5, 1.0
 _SURE_STD: Final = np.array([0.06, 0.05, 0.03])
 
@@ -43,11 +47,7 @@ class MetricGraphNavAgent:
         pose_network: Says how far off a believed pose is.
         steering: Drives.
         camera: The camera that the robot carries.
-        filter_config: Noise of the filter; None takes each correction whole (GraphNav
-            without its particle filter).
-        avoidance: How far to stay from obstacles; None drives as the network says.
-        hypotheses: Where in the first room the robot may be; None begins with a single filter
-            at the room's node.
+        config: What surrounds the networks.
     """
 
     def __init__(
@@ -55,21 +55,20 @@ class MetricGraphNavAgent:
         pose_network: PoseNetwork,
         steering: SteeringNetwork,
         camera: PinholeCamera,
-        filter_config: PoseFilterConfig | None,
-        avoidance: AvoidanceConfig | None = _AVOIDANCE,
-        hypotheses: HypothesesConfig | None = _HYPOTHESES,
+        config: MetricAgentConfig | None = None,
     ) -> None:
+        self.config = parts = config or MetricAgentConfig()
         self._pose_network, self._steering = pose_network.eval(), steering.eval()
-        self._filter_config = filter_config
-        self._hypotheses_config = None if filter_config is None else hypotheses
-        config = steering.config
-        self._reduce = frame_reducer(camera, config)
+        self._keeping: PlanKeeping | None = None
+        self._detour = None if parts.detours is None else Detour(parts.detours)
+        sizes = steering.config
+        self._reduce = frame_reducer(camera, sizes)
         self._guard = DepthGuard(camera)
-        self._local_map = LocalMap(config.image, config.local_map)
+        self._local_map = LocalMap(sizes.image, sizes.local_map)
         self._avoidance = (
-            None if avoidance is None else CollisionAvoidance(config.image, avoidance)
+            None if parts.avoidance is None else CollisionAvoidance(sizes.image, parts.avoidance)
         )
-        cells = config.local_map.view_cells
+        cells = sizes.local_map.view_cells
         self._picture = np.empty((MAP_CHANNELS, cells, cells), np.float32)
         self._task: NavigationTask | None = None
         self._true_pose: Float64[np.ndarray, " 3"] | None = None
@@ -83,13 +82,21 @@ class MetricGraphNavAgent:
         self._task = task
         self._arrays = MapArrays.of(task.map, task.plan)
         self._nodes = NodeBelief(task)
+        between_m = doorsteps_m(task)
+        self._stops_m = self._arrays.stops_m()
+        self._is_inside = math.isfinite(between_m[0])
+        if self.config.plan_keeping is not None:
+            self._keeping = PlanKeeping(task, self._arrays, between_m, self.config.plan_keeping)
+        if self._detour is not None:
+            self._detour.clear()
         start = task.map.node(task.plan.nodes[0])
         yaw_rad = task.map.edge(task.plan.edges[0]).yaw_rad
-        self._filter = PoseFilter(np.array([[start.x_m, start.y_m, yaw_rad]]), self._filter_config)
+        parts = self.config
+        self._filter = PoseFilter(np.array([[start.x_m, start.y_m, yaw_rad]]), parts.pose_filter)
         self._hypotheses: PoseHypotheses | None = None
-        if self._hypotheses_config is not None and self._filter_config is not None:
+        if parts.hypotheses is not None and parts.pose_filter is not None:
             self._hypotheses = PoseHypotheses(
-                task, self._pose_network, self._filter_config, self._hypotheses_config
+                task, self._pose_network, parts.pose_filter, parts.hypotheses
             )
         self._local_map.clear()
         if self._avoidance is not None:
@@ -119,6 +126,8 @@ class MetricGraphNavAgent:
             self._local_map.advance(step)
             if self._avoidance is not None:
                 self._avoidance.advance(step)
+            if self._detour is not None:
+                self._detour.advance(step)
             self._filter.predict(step[None])
             if self._hypotheses is not None:
                 self._hypotheses.predict(step)
@@ -166,13 +175,14 @@ class MetricGraphNavAgent:
         config = self._pose_network.config.local_map
         if self._hypotheses is not None and self._true_pose is None:
             self._hypotheses.correct(self._local_map.view(config.far_cell_m))
-            self._progress_m = self._hypotheses.progress_m
+            self._progress_m = self._inside(self.pose, self._hypotheses.progress_m)
             return
         if self._true_pose is not None:
             self._filter.pose[0] = self._true_pose
         believed = self._filter.pose[0]
         low_m, high_m = self._progress_m - _BACK_M, self._progress_m + _AHEAD_M
-        self._progress_m = self._arrays.progress_m(believed[0], believed[1], low_m, high_m)
+        progress_m = self._arrays.progress_m(believed[0], believed[1], low_m, high_m)
+        self._progress_m = self._inside(believed, progress_m)
         if self._true_pose is not None:
             return
         self._arrays.draw(believed, self._progress_m, config.far_cell_m, self._picture)
@@ -182,7 +192,7 @@ class MetricGraphNavAgent:
         )
         if not (torch.isfinite(mean).all() and torch.isfinite(log_std).all()):
             return
-        correct = self._filter.take if self._filter_config is None else self._filter.correct
+        correct = self._filter.take if self.config.pose_filter is None else self._filter.correct
         correct(mean.numpy(), log_std.exp().numpy())
 
     @torch.inference_mode()
@@ -192,6 +202,7 @@ class MetricGraphNavAgent:
         at = self._arrays.progress_m(
             believed[0], believed[1], self._progress_m - _NEAR_M, self._progress_m + _NEAR_M
         )
+        at = self._inside(believed, at)
         self._arrays.draw(believed, at, config.local_map.near_cell_m, self._picture)
         view = self._local_map.view(config.local_map.near_cell_m)
         outputs = self._steering(
@@ -202,16 +213,53 @@ class MetricGraphNavAgent:
         )
         velocity = self._steering.head.velocity(outputs, self._turn_rad_s)
         speed, turn = velocity[0].tolist()
+        way_on = self._way_on(believed, at)
+        if way_on is not None:
+            speed, turn = way_on.linear_m_s, way_on.angular_rad_s
         if not (math.isfinite(speed) and math.isfinite(turn)):
             return self._stop("the steering network gave a velocity that is not finite")
         command = config.limits.clip(Velocity(speed, turn))
+        if self._keeping is not None and way_on is None:
+            last_turn = float(self._commands[1, 1])
+            command = self._keeping.checked(command, last_turn, believed, self.std_in_robot, at)
         if self._avoidance is not None:
             drift_m = config.odometry.step(np.zeros(2), self._commands[1])[0]
-            command = config.limits.clip(self._avoidance.checked(command, float(drift_m)))
+            clear = self._avoidance.checked(command, float(drift_m), may_turn_away=way_on is None)
+            command = config.limits.clip(clear)
         self._turn_rad_s = velocity[:, 1]
         self._commands[0] = command.linear_m_s, command.angular_rad_s
         self._belief = self._nodes.belief(believed, at, self.std_in_robot)
         return command
+
+    def _inside(self, believed: Float64[np.ndarray, " 3"], progress_m: float) -> float:
+        """The progress of a robot that has not come by its first room's door yet, else as it is.
+
+        Behind a wall, the plan's corridor may be nearer than its door.
+        """
+        if not self._is_inside:
+            return progress_m
+        door = self._arrays.node_xy[self._arrays.kept.ends[self._arrays.kept.stop[1], 0]]
+        if math.hypot(believed[0] - door[0], believed[1] - door[1]) < _AT_DOOR_M:
+            self._is_inside = False
+            return progress_m
+        return min(progress_m, float(self._stops_m[1]))
+
+    def _way_on(self, believed: Float64[np.ndarray, " 3"], at_m: float) -> Velocity | None:
+        """What a robot does that gets nowhere: drive to the plan ahead past what it has seen."""
+        if self._detour is None or not self._detour.is_on:
+            return None
+        ahead_m = at_m + _DETOUR_M
+        if self._is_inside:
+            ahead_m = float(self._stops_m[1])
+        points, arc = self._arrays.way()
+        x = float(np.interp(ahead_m, arc, points[:, 0])) - believed[0]
+        y = float(np.interp(ahead_m, arc, points[:, 1])) - believed[1]
+        c, s = math.cos(believed[2]), math.sin(believed[2])
+        cells, cell_m = Detour.view_shape()
+        view = self._local_map.view(cell_m, cells)
+        obstacles = None if self._avoidance is None else self._avoidance.obstacles
+        target = np.array([x * c + y * s, -x * s + y * c])
+        return self._detour.velocity(view, target, obstacles)
 
     def _features(self, progress_m: float) -> Float32[np.ndarray, "1 features"]:
         plan = self._arrays.plan_features(self.pose, progress_m)
@@ -226,8 +274,7 @@ def load_metric_agent(
     *,
     pose_filter: bool,
     camera: PinholeCamera,
-    avoids_collisions: bool = True,
-    weighs_hypotheses: bool = True,
+    without: Collection[str] = (),
 ) -> MetricGraphNavAgent:
     """GraphNav with a pose belief, with the networks of a folder or of a shipped preset.
 
@@ -235,14 +282,13 @@ def load_metric_agent(
         weights: A folder of checkpoints, the name of a shipped preset, or None for `best`.
         pose_filter: Whether to filter the belief (GraphNavPF).
         camera: The camera that the robot carries.
-        avoids_collisions: Whether commands are kept clear of what the robot has seen.
-        weighs_hypotheses: Whether the filter begins with several poses in the first room.
+        without: Parts to leave out, of `metric_config.PARTS`.
 
     Raises:
         InputError: The weights cannot be read, or the camera does not suit them.
     """
     loaded = load_metric_weights(weights or "best")
-    config = PoseFilterConfig() if pose_filter else None
-    avoidance = _AVOIDANCE if avoids_collisions else None
-    hypotheses = _HYPOTHESES if weighs_hypotheses else None
-    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config, avoidance, hypotheses)
+    config = MetricAgentConfig().without(without)
+    if not pose_filter:
+        config = replace(config, pose_filter=None)
+    return MetricGraphNavAgent(loaded.pose, loaded.steering, camera, config)

@@ -9,11 +9,11 @@ from jaxtyping import Bool, Float, Float64, Int64
 from toponav.core.episode import Belief
 from toponav.core.vocabulary import NodeKind
 from toponav.maps.task import NavigationTask
+from toponav.models.graphnav.metric.kept_way import ALIGNMENT_RAD
 from toponav.models.graphnav.metric.map_picture import MapArrays
 
-__all__ = ["NodeBelief"]
+__all__ = ["NodeBelief", "doorsteps_m"]
 
-_ALIGNMENT_RAD: Final = 0.2 * math.pi
 _DOORSTEP_M: Final = 0.3
 _POINTS: Final = 32
 
@@ -46,7 +46,7 @@ class NodeBelief:
         self._yaws = np.array(yaws)
         self._points = np.random.default_rng(0).normal(size=(_POINTS, 3))
         self._points[0] = 0.0
-        self._leaves_m, self._enters_m = _doorsteps(task)
+        self._leaves_m, self._enters_m = doorsteps_m(task)
         self._last_edge = task.plan.edges[0] if task.plan.edges else None
 
     def belief(
@@ -120,7 +120,7 @@ class NodeBelief:
     ) -> Int64[np.ndarray, " points"]:
         turn = np.abs(np.angle(np.exp(1j * (self._yaws[None] - poses[:, 2:]))))
         aligned = np.zeros((len(poses), len(self._ids)), dtype=bool)
-        for point, near in enumerate(turn < _ALIGNMENT_RAD):
+        for point, near in enumerate(turn < ALIGNMENT_RAD):
             aligned[point, self._ends[near]] = True
         if allowed is not None:
             aligned &= allowed
@@ -131,14 +131,14 @@ class NodeBelief:
         return np.asarray(np.where(found, nearest, -1))
 
 
-def _doorsteps(task: NavigationTask) -> tuple[float, float]:
+def doorsteps_m(task: NavigationTask) -> tuple[float, float]:
     """Metres of the plan at which it has left its first room, and enters its last."""
     plan, topological_map = task.plan, task.map
-    _, arc = MapArrays.of(topological_map, plan).way()
+    stops_m = MapArrays.of(topological_map, plan).stops_m()
     nodes = [topological_map.node(node) for node in plan.nodes]
     leaves_m, enters_m = -math.inf, math.inf
     if len(nodes) > 1 and nodes[1].kind is NodeKind.DOOR and nodes[1].room == nodes[0].room:
-        leaves_m = float(arc[1]) + _DOORSTEP_M
+        leaves_m = float(stops_m[1]) + _DOORSTEP_M
     if nodes[-1].kind is NodeKind.ROOM and len(nodes) > 1:
-        enters_m = float(arc[-1]) - _DOORSTEP_M
+        enters_m = float(stops_m[-1]) - _DOORSTEP_M
     return leaves_m, enters_m

@@ -10,6 +10,7 @@ from toponav.models.graphnav.metric.map_picture_kernels import (
     draw_map,
     path_features,
     progress_on,
+    way_points,
 )
 
 __all__ = ["Pages", "draw_pages"]
@@ -18,9 +19,8 @@ __all__ = ["Pages", "draw_pages"]
 class Pages(NamedTuple):
     """The maps and plans of many trajectories, end to end.
 
-    Page i owns nodes `node_at[i]:node_at[i + 1]`, and likewise edges and stops of its path;
-    edges and path index the page's own nodes. A path has one behaviour fewer than stops; the
-    behaviour at its last stop means nothing.
+    Page i owns nodes `node_at[i]:node_at[i + 1]`, and likewise edges and points of its path;
+    edges and the ends of a path's points (`KeptWay`) index the page's own nodes.
     """
 
     node_at: np.ndarray
@@ -30,7 +30,9 @@ class Pages(NamedTuple):
     edge_at: np.ndarray
     edges: np.ndarray
     path_at: np.ndarray
-    path: np.ndarray
+    path_ends: np.ndarray
+    path_share: np.ndarray
+    path_shift_m: np.ndarray
     behaviors: np.ndarray
 
 
@@ -63,9 +65,9 @@ def draw_pages(
         node_xy = pages.node_xy[n0:n1].copy()
         if noise.shape[1]:
             node_xy += noise[b, : n1 - n0]
-        path = np.empty((s1 - s0, 2))
-        for k in range(s1 - s0):
-            path[k] = node_xy[pages.path[s0 + k]]
+        path = way_points(
+            node_xy, pages.path_ends[s0:s1], pages.path_share[s0:s1], pages.path_shift_m[s0:s1]
+        )
         arc = arc_lengths(path)
         at = progress_on(path, arc, believed[b, 0], believed[b, 1], low_m[b], high_m[b])
         progress_m[b] = at
@@ -82,7 +84,7 @@ def draw_pages(
             pictures[b],
         )
         features[b] = 0.0
-        behaviors = pages.behaviors[s0 : s1 - 1]
+        behaviors = pages.behaviors[s0:s1]
         path_features(path, arc, behaviors, at, believed[b], ahead_m, kinds, features[b])
         if mirrored[b]:
             pictures[b] = pictures[b, :, :, ::-1].copy()

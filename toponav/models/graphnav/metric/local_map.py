@@ -67,12 +67,17 @@ class LocalMap:
             self.config.reach_m,
         )
 
-    def view(self, cell_m: float) -> UInt8[np.ndarray, "forward left"]:
+    def view(self, cell_m: float, cells: int | None = None) -> UInt8[np.ndarray, "forward left"]:
         """The surroundings: rows go forward, columns to the left, the robot in the middle.
 
         The high four bits of a byte are the lower band's, the low four the walls': 0 is free,
         7 unknown, 15 occupied.
+
+        Args:
+            cell_m: Side of a cell.
+            cells: Along a side of the view; the configuration's when None.
         """
-        out = np.empty((self.config.view_cells, self.config.view_cells), np.uint8)
+        side = cells or self.config.view_cells
+        out = np.empty((side, side), np.uint8)
         kernels.view(self._grid, self.config.cell_m, self._pose, cell_m, out)
         return out

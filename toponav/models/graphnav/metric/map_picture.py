@@ -10,6 +10,7 @@ from toponav.core.vocabulary import Behavior, NodeKind
 from toponav.maps.plan import Plan
 from toponav.maps.spec import TopologicalMap
 from toponav.models.graphnav.metric import map_picture_kernels as kernels
+from toponav.models.graphnav.metric.kept_way import KeptWay, kept_way
 
 __all__ = ["AHEAD_M", "MAP_CHANNELS", "PLAN_FEATURES", "MapArrays"]
 
@@ -35,22 +36,24 @@ class MapArrays:
         node_kind: 0 room, 1 door, 2 hallway or open space.
         on_plan: Whether the plan passes the node.
         edges: Source and target of each edge, as indices of nodes.
-        path: Indices of the plan's nodes in order.
-        behaviors: Behaviour of each of the plan's edges, as its place in `list(Behavior)`.
+        kept: The line along the plan's nodes.
+        behaviors: Behaviour due at each of the line's points, as its place in `list(Behavior)`.
     """
 
     node_xy: Float64[np.ndarray, "nodes 2"]
     node_kind: Int64[np.ndarray, " nodes"]
     on_plan: Bool[np.ndarray, " nodes"]
     edges: Int64[np.ndarray, "edges 2"]
-    path: Int64[np.ndarray, " stops"]
-    behaviors: Int64[np.ndarray, " pieces"]
+    kept: KeptWay
+    behaviors: Int64[np.ndarray, " points"]
 
     @staticmethod
     def of(topological_map: TopologicalMap, plan: Plan) -> "MapArrays":
         """The arrays of a map and a plan on it."""
         index = topological_map.node_index
         order = list(Behavior)
+        kept = kept_way(topological_map, plan)
+        due = [order.index(behavior) for behavior in plan.behaviors(topological_map)] or [0]
         return MapArrays(
             np.array([[node.x_m, node.y_m] for node in topological_map.nodes], dtype=float),
             np.array([_KIND[node.kind] for node in topological_map.nodes], dtype=np.int64),
@@ -59,19 +62,26 @@ class MapArrays:
                 [[index[edge.source], index[edge.target]] for edge in topological_map.edges],
                 dtype=np.int64,
             ).reshape(-1, 2),
-            np.array([index[node] for node in plan.nodes], dtype=np.int64),
-            np.array(
-                [order.index(behavior) for behavior in plan.behaviors(topological_map)],
-                dtype=np.int64,
-            ),
+            kept,
+            np.array(due, dtype=np.int64)[kept.edge],
         )
 
     def way(
         self, node_xy: Float[np.ndarray, "nodes 2"] | None = None
-    ) -> tuple[Float64[np.ndarray, "stops 2"], Float64[np.ndarray, " stops"]]:
-        """The plan's polyline, and the metres along it at each of its points."""
-        points = (self.node_xy if node_xy is None else node_xy)[self.path]
+    ) -> tuple[Float64[np.ndarray, "points 2"], Float64[np.ndarray, " points"]]:
+        """The line along the plan, and the metres along it at each of its points."""
+        points = kernels.way_points(
+            self.node_xy if node_xy is None else node_xy,
+            self.kept.ends,
+            self.kept.share,
+            self.kept.shift_m,
+        )
         return points, kernels.arc_lengths(points)
+
+    def stops_m(self) -> Float64[np.ndarray, " stops"]:
+        """Metres along the line at each of the plan's nodes."""
+        _, arc = self.way()
+        return np.asarray(arc[self.kept.stop])
 
     def draw(
         self,

@@ -12,6 +12,7 @@ __all__ = [
     "follow_progress",
     "path_features",
     "progress_on",
+    "way_points",
 ]
 
 CHANNELS = 7
@@ -81,6 +82,20 @@ def _line(
 
 
 @njit(cache=True)
+def way_points(
+    node_xy: np.ndarray, ends: np.ndarray, share: np.ndarray, shift_m: np.ndarray
+) -> np.ndarray:
+    """Points [points, 2] a share of the way between two nodes [points, 2], moved by a shift."""
+    out = np.empty((ends.shape[0], 2))
+    for i in range(ends.shape[0]):
+        a, b = ends[i, 0], ends[i, 1]
+        for k in range(2):
+            across = node_xy[b, k] - node_xy[a, k]
+            out[i, k] = node_xy[a, k] + share[i] * across + shift_m[i, k]
+    return out
+
+
+@njit(cache=True)
 def arc_lengths(path: np.ndarray) -> np.ndarray:
     """Metres along a polyline [points, 2] at each of its points."""
     out = np.zeros(path.shape[0])
@@ -146,7 +161,7 @@ def path_features(
 ) -> None:
     """What the plan looks like from `pose`: [points ahead x 2, rest, behaviours now and ahead].
 
-    `behaviors` [edges] are those of the path's pieces; behaviours are given one-hot at half a
+    `behaviors` [points] are those due at the path's points; behaviours are given one-hot at half a
     metre, at each fixed distance.
     """
     c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -163,7 +178,7 @@ def path_features(
     for k in range(3):
         where = min(progress_m + 0.05 + k * 0.75, arc[-1] - 1e-6)
         i = int(np.searchsorted(arc, where)) - 1
-        i = min(max(i, 0), behaviors.shape[0] - 1)
+        i = min(max(i, 0), max(behaviors.shape[0] - 2, 0))
         out[at + behaviors[i]] = 1.0
         at += kinds
 

@@ -89,7 +89,6 @@ def pages_of(arrays: Sequence[MapArrays]) -> Pages:
     def starts(counts: list[int]) -> Int64[np.ndarray, " bounds"]:
         return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
-    behaviors = [np.concatenate([one.behaviors, [0]]).astype(np.int64) for one in arrays]
     return Pages(
         starts([len(one.node_xy) for one in arrays]),
         np.concatenate([one.node_xy for one in arrays]),
@@ -97,7 +96,9 @@ def pages_of(arrays: Sequence[MapArrays]) -> Pages:
         np.concatenate([one.on_plan for one in arrays]),
         starts([len(one.edges) for one in arrays]),
         np.concatenate([one.edges for one in arrays]),
-        starts([len(one.path) for one in arrays]),
-        np.concatenate([one.path for one in arrays]),
-        np.concatenate(behaviors),
+        starts([len(one.kept.share) for one in arrays]),
+        np.concatenate([one.kept.ends for one in arrays]),
+        np.concatenate([one.kept.share for one in arrays]),
+        np.concatenate([one.kept.shift_m for one in arrays]),
+        np.concatenate([one.behaviors for one in arrays]),
     )
