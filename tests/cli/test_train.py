@@ -5,6 +5,7 @@ import pytest
 
 from tests.training.synthetic import SyntheticSet
 from toponav.cli import train
+from toponav.cli._training import ScheduleFlags
 from toponav.core.errors import InputError
 from toponav.data.training_set import TrainingSet
 from toponav.training import recipes
@@ -19,7 +20,8 @@ def test_folder_that_is_not_there_is_named(tmp_path):
 def test_command_trains_and_prints_json(tmp_path, monkeypatch, capsys):
     data = SyntheticSet(trajectories=4, frames_an_edge=3)
     monkeypatch.setattr(TrainingSet, "open", staticmethod(lambda paths: data))
-    arguments = {"data": (tmp_path,), "out": tmp_path / "out", "epochs": 1, "batch_size": 16}
+    schedule = ScheduleFlags(epochs=1, batch_size=16)
+    arguments = {"data": (tmp_path,), "out": tmp_path / "out", "schedule": schedule}
     assert train.localization(**arguments, json=True) == 0
     (record,) = json.loads(capsys.readouterr().out)
     assert record["name"] == "localization"
@@ -33,7 +35,8 @@ def test_baselines_are_trained_from_the_command_line(tmp_path, monkeypatch, caps
     data = SyntheticSet(trajectories=4, frames_an_edge=3)
     monkeypatch.setattr(TrainingSet, "open", staticmethod(lambda paths: data))
     command = train.register()["train", name]
-    options = {"epochs": 1, "batch_size": 8, "precision": "float32", "json": True}
+    schedule = ScheduleFlags(epochs=1, batch_size=8, precision="float32")
+    options = {"schedule": schedule, "json": True}
     assert command(data=(tmp_path,), out=tmp_path / "out", **options) == 0
     (record,) = json.loads(capsys.readouterr().out)
     assert record["name"] == name

@@ -109,3 +109,33 @@ def test_wrong_options_are_refused(options: dict[str, Pose2], message: str) -> N
 def test_an_unknown_render_mode_is_refused() -> None:
     with pytest.raises(InputError, match="rgb_array"):
         made(render_mode="human")
+
+
+def test_the_dense_reward_adds_up_to_spl_and_the_way_made_less_a_thousandth_a_step() -> None:
+    env = made(noise=None, reward="dense")
+    route = {"start": Pose2(1.0, 1.0, 0.0), "goal": Pose2(2.4, 1.0, 0.0)}
+    _, info = env.reset(seed=0, options=route)
+    first_m, rewards = info["distance_to_goal_m"], []
+    for action in (Action.FORWARD, Action.FORWARD, Action.FORWARD, Action.STOP):
+        _, reward, terminated, _, info = env.step(int(action))
+        rewards.append(reward)
+    assert terminated
+    assert info["success"]
+    made_m = first_m - info["distance_to_goal_m"]
+    assert sum(rewards) == pytest.approx(10.0 + made_m - 4 * 0.001, abs=1e-6)
+
+
+def test_twins_share_a_building_but_no_state() -> None:
+    env = made(noise=None)
+    env.reset(seed=0)
+    twin = env.twin()
+    twin.reset(seed=1)
+    before = env.simulation.state
+    twin.step(int(Action.FORWARD))
+    assert env.simulation.state == before
+    assert twin.simulation.renderer is env.simulation.renderer
+
+
+def test_an_unknown_reward_is_refused() -> None:
+    with pytest.raises(InputError, match="no reward is called"):
+        made(reward="shaped")

@@ -254,3 +254,13 @@ def test_same_pose_gives_the_same_images(furnished: Scene) -> None:
     for name in MODALITIES:
         field = "depth_m" if name == "depth" else name
         assert getattr(first, field).tobytes() == getattr(again, field).tobytes()
+
+
+def test_a_cylinder_has_equal_angles_and_level_distances() -> None:
+    camera = PanoramaCamera(height=32, width=96, kind="cylindrical")
+    rays = camera.rays_in_robot().astype(np.float64)
+    np.testing.assert_allclose(np.hypot(rays[..., 0], rays[..., 1]), 1.0, atol=1e-6)
+    yaw = np.arctan2(rays[0, :, 1], rays[0, :, 0])
+    np.testing.assert_allclose(np.diff(yaw), -2 * np.pi / 96, atol=1e-5)
+    np.testing.assert_allclose(np.diff(rays[:, 0, 2]), -1.4 / 32, atol=1e-6)
+    assert rays[:, 0, 2].max() < 0.7
