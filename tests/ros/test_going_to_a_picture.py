@@ -68,7 +68,11 @@ def home(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Home]:
 @pytest.fixture(scope="module")
 def picture(home: Home) -> Path:
     """What the robot sees at the goal."""
-    home.node.reset(home.episode.goal)
+    home.node.reset(home.episode.start)
+    x_m, y_m, yaw_rad = home.episode.goal
+    status, said = home.run("put", "--", str(x_m), str(y_m), str(yaw_rad))
+    assert status == 0, said
+    assert home.node.robot.state.pose == pytest.approx(home.episode.goal, abs=0.01)
     path = home.folder / "goal.png"
     status, said = home.run("picture", "--out", str(path), "--depth")
     assert status == 0, said

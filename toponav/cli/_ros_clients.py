@@ -10,8 +10,9 @@ import tyro
 from toponav.cli._ros_setup import Flag, Name, Robot, preset_of, start_ros, with_panorama
 from toponav.core.errors import InputError
 
-__all__ = ["ros_find", "ros_go", "ros_picture"]
+__all__ = ["ros_find", "ros_go", "ros_picture", "ros_put"]
 
+_Number = Annotated[float, tyro.conf.Positional]
 _Picture = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="PICTURE")]
 
 
@@ -119,6 +120,34 @@ def ros_picture(
         goal = look(preset, depth, timeout_s)
     for path in write_goal(out, goal):
         print(path)
+    return 0
+
+
+def ros_put(
+    x: _Number,
+    y: _Number,
+    yaw: _Number,
+    *,
+    timeout_s: float = 30.0,
+) -> int:
+    """Put the simulated robot down somewhere else, at rest.
+
+    Example: toponav ros put 4.5 3.0 1.57
+
+    Args:
+        x: Metres.
+        y: Metres.
+        yaw: Radians.
+        timeout_s: How long to wait for the simulator.
+    """
+    from toponav.core.geometry import Pose2
+
+    start_ros()
+    from toponav.ros.client import put
+    from toponav.ros.runtime import ros_context
+
+    with ros_context():
+        put(Pose2(x, y, yaw), timeout_s)
     return 0
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from toponav.cli._ros_agent import ros_agent
-from toponav.cli._ros_clients import ros_find, ros_go, ros_picture
+from toponav.cli._ros_clients import ros_find, ros_go, ros_picture, ros_put
 from toponav.cli._ros_record import ros_record
 from toponav.cli._ros_setup import start_ros
 from toponav.cli._ros_simulator import ros_sim
@@ -20,6 +20,7 @@ def register() -> dict[tuple[str, ...], Callable[..., Any]]:
         ("ros", "go"): ros_go,
         ("ros", "find"): ros_find,
         ("ros", "picture"): ros_picture,
+        ("ros", "put"): ros_put,
         ("ros", "record"): ros_record,
         ("ros", "messages"): ros_messages,
     }

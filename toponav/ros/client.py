@@ -7,14 +7,16 @@ from typing import Any
 import rclpy
 from rclpy.action import ActionClient
 from toponav_msgs.action import FollowPlan, GoToImage
+from toponav_msgs.srv import Reset
 
 from toponav.core.errors import InputError
+from toponav.core.geometry import Pose2
 from toponav.core.imagenav import ImageGoal
 from toponav.ros.panorama_node import PanoramaNode
 from toponav.ros.pictures import fill_goal
 from toponav.ros.presets import RobotPreset
 
-__all__ = ["find", "go", "look"]
+__all__ = ["find", "go", "look", "put"]
 
 _Show = Callable[[str], None]
 
@@ -103,6 +105,32 @@ def look(robot: RobotPreset, depth: bool, timeout_s: float) -> ImageGoal:
             remedy="start the robot, or `toponav ros sim --panorama`",
         )
     return ImageGoal(seen.rgb, seen.depth_m)
+
+
+def put(pose: Pose2, timeout_s: float) -> None:
+    """Put the simulated robot down somewhere else.
+
+    Raises:
+        InputError: There is no simulator, or it refuses the pose.
+    """
+    node = rclpy.create_node("toponav_put")
+    client = node.create_client(Reset, "/toponav_sim/reset")
+    try:
+        waiting = None
+        if client.wait_for_service(timeout_sec=timeout_s):
+            waiting = client.call_async(Reset.Request(x=pose.x_m, y=pose.y_m, yaw=pose.yaw_rad))
+            rclpy.spin_until_future_complete(node, waiting, timeout_sec=timeout_s)
+        if waiting is None or not waiting.done():
+            raise InputError(
+                f"no simulator has answered for {timeout_s:g} s",
+                where="toponav ros put",
+                remedy="start `toponav ros sim`, with the same ROS_DOMAIN_ID",
+            )
+        answer = waiting.result()
+        if not answer.success:
+            raise InputError(answer.message, where="toponav ros put", remedy="give another pose")
+    finally:
+        node.destroy_node()
 
 
 class _Told:

@@ -257,8 +257,11 @@ class Harness:
 
     def _is_ready(self) -> bool:
         # An agent that was killed stays in the list of nodes until DDS gives it up.
-        names = self.node.get_node_names()
-        return self._client.server_is_ready() and names.count(_AGENT) == 1
+        return (
+            "is ready" in self.agent_log()
+            and self.node.get_node_names().count(_AGENT) == 1
+            and self._client.server_is_ready()
+        )
 
 
 def pin_threads() -> None:
