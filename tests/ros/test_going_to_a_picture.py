@@ -5,10 +5,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 
 from toponav.core.geometry import Pose2
-from toponav.core.imagenav import SUCCESS_RADIUS_M, ImageNavEpisode
+from toponav.core.imagenav import (
+    PANORAMA_SHAPE,
+    SUCCESS_RADIUS_M,
+    ImageGoal,
+    ImageNavEpisode,
+)
 from toponav.data.nts.episodes import load_episodes
 from toponav.sim.imagenav import IMAGE_NAV_CAMERA
 from toponav.sim.simulation import Simulation
@@ -93,14 +99,21 @@ def test_the_robot_finds_the_place_of_a_picture(home: Home, picture: Path) -> No
     assert away_m(home.episode.start, home.episode.goal) > SUCCESS_RADIUS_M
 
 
-def test_ctrl_c_cancels_the_search_and_stops_the_robot(home: Home, picture: Path) -> None:
+def test_ctrl_c_cancels_the_search_and_stops_the_robot(home: Home) -> None:
+    from toponav.ros.pictures import write_goal
+
+    # There is no such place: the agent goes on looking until it is told otherwise.
+    noise = np.random.default_rng(0).integers(0, 256, (*PANORAMA_SHAPE, 3), dtype=np.uint8)
+    nowhere = home.folder / "nowhere.png"
+    write_goal(nowhere, ImageGoal(noise, np.full(PANORAMA_SHAPE, 0.5, np.float32)))
     home.node.reset(home.episode.start)
 
     def stands_at_start(_: Any) -> bool:
         return away_m(home.node.robot.state.pose, home.episode.start) < 0.1
 
-    status, said = home.run("find", str(picture), "--json", while_=stands_at_start)
-    assert status == 1
+    words = ("find", str(nowhere), "--json", "--timeout-s", "200")
+    status, said = home.run(*words, while_=stands_at_start)
+    assert status == 1, said
     assert json.loads(said.splitlines()[-1])["outcome"] == "cancelled"
     end_ns = home.node.robot.time_ns + 1_000_000_000
     home.node.run(lambda: home.node.robot.time_ns > end_ns)

@@ -27,7 +27,7 @@ from toponav.sim.simulation import SimState, Simulation
 
 __all__ = ["ControlSteps", "Harness", "RosProcess", "pin_threads"]
 
-_START_S = 300.0
+_START_S = 900.0
 _AGENT = "toponav_agent"
 
 
