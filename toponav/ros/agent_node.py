@@ -79,6 +79,7 @@ class AgentNode(Node):  # type: ignore[misc]
         self.declare_parameter("max_angular_rad_s", limits.angular_rad_s)
         self._watchdog = Watchdog(config.watchdog)
         self._loop: DriveLoop | None = None
+        self._asked_ns = 0
         self._busy = threading.Lock()
         self._sending = threading.Lock()
         self._closing = threading.Event()
@@ -92,7 +93,7 @@ class AgentNode(Node):  # type: ignore[misc]
             FollowPlan,
             "follow_plan",
             self._follow_plan,
-            goal_callback=lambda _: GoalResponse.ACCEPT,
+            goal_callback=self._accept,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=ReentrantCallbackGroup(),
         )
@@ -153,6 +154,10 @@ class AgentNode(Node):  # type: ignore[misc]
 
     # The action.
 
+    def _accept(self, _goal: Any) -> GoalResponse:
+        self._asked_ns = self._eyes.now_ns()
+        return GoalResponse.ACCEPT
+
     def _limits(self) -> VelocityLimits:
         linear = self.get_parameter("max_linear_m_s").value
         angular = self.get_parameter("max_angular_rad_s").value
@@ -207,7 +212,7 @@ class AgentNode(Node):  # type: ignore[misc]
 
     def _follow(self, handle: Any, loop: DriveLoop) -> DriveResult:
         # With one clock for both, what was seen before the goal came is another drive's.
-        last_ns = self._eyes.now_ns() - 1 if self.config.use_sim_time else -1
+        last_ns = self._asked_ns - 1 if self.config.use_sim_time else -1
         self._eyes.forget()
         waiting_since_s = time.monotonic()
         while rclpy.ok() and not self._closing.is_set():

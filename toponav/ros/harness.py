@@ -165,8 +165,11 @@ class Harness:
         )
         self._watchers = [on_step]
         try:
+            # In lock-step time begins with the goal, also where the first picture comes late.
+            self.node.paused = self.node.config.lockstep
             sending = self._client.send_goal_async(request)
             self.node.run(lambda: sending.done() or until() or self._agent_is_dead())
+            self.node.paused = False
             if not sending.done():
                 return None
             handle = sending.result()
@@ -174,6 +177,7 @@ class Harness:
             self.node.run(lambda: waiting.done() or until() or self._agent_is_dead())
         finally:
             self._watchers = []
+            self.node.paused = False
         if not waiting.done() and not self._agent_is_dead():
             cancelling = handle.cancel_goal_async()
             self.node.run(lambda: waiting.done() or self._agent_is_dead())
