@@ -261,7 +261,7 @@ class Harness:
 
     def _is_ready(self) -> bool:
         # An agent that was killed stays in the list of nodes until DDS gives it up.
-        return (
+        return bool(
             "is ready" in self.agent_log()
             and self.node.get_node_names().count(_AGENT) == 1
             and self._client.server_is_ready()
