@@ -99,7 +99,7 @@ def test_the_robot_finds_the_place_of_a_picture(home: Home, picture: Path) -> No
     assert away_m(home.episode.start, home.episode.goal) > SUCCESS_RADIUS_M
 
 
-def test_ctrl_c_cancels_the_search_and_stops_the_robot(home: Home) -> None:
+def test_an_interrupt_cancels_the_search_and_stops_the_robot(home: Home) -> None:
     from toponav.ros.pictures import write_goal
 
     # There is no such place: the agent goes on looking until it is told otherwise.

@@ -62,8 +62,8 @@ class RosProcess:
         return self.process.poll() is not None
 
     def interrupt(self) -> None:
-        """Ctrl-C."""
-        self.process.send_signal(signal.SIGINT)
+        """What Ctrl-C does, by SIGTERM: children of a background shell never see a Ctrl-C."""
+        self.process.send_signal(signal.SIGTERM)
 
     def close(self) -> None:
         """End it, politely at first."""
