@@ -181,7 +181,7 @@ class ImageNavEnv(gymnasium.Env[dict[str, Any], np.int64]):
             return float(info["success"])
         before_m, self._distance_m = self._distance_m, info["distance_to_goal_m"]
         spl = self._geodesic_m / max(info["path_m"], self._geodesic_m, 1e-6)
-        return _SUCCESS * spl * info["success"] + before_m - self._distance_m - _STEP
+        return float(_SUCCESS * spl * info["success"] + before_m - self._distance_m - _STEP)
 
     def _chosen(self, options: dict[str, Any]) -> tuple[Pose2, Pose2]:
         for name in options:

@@ -43,7 +43,8 @@ def time_steps(
 ) -> StepTimes:
     """Times of the steps of one episode, in seconds of this thread's processor."""
     agent.reset(simulation.reset(episode.start, episode.goal, 0))
-    act_s, camera_s = [], []
+    act_s: list[float] = []
+    camera_s: list[float] = []
     while not simulation.state.done and len(act_s) < _MOST_STEPS:
         began_s = time.thread_time()
         observation = simulation.observe()

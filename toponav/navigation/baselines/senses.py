@@ -163,7 +163,7 @@ class Senses:
             depth: np.ndarray = image[3]
             return depth
         small = NTSConfig(rows=_MAP_ROWS, cols=_MAP_COLS, depth=True)
-        return picture_of(observation.rgb, observation.depth_m, small)[3]
+        return np.asarray(picture_of(observation.rgb, observation.depth_m, small)[3])
 
     @cached_property
     def _vision(self) -> NTSConfig:

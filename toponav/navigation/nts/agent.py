@@ -128,7 +128,7 @@ class NTSAgent:
         self._mode, self._why, self._subgoal = "explore", "", None
         self._finder = None
         self._approach = 0
-        self._given_up = []
+        self._given_up: list[tuple[float, float]] = []
         wants_depth = self.perception.depth
         fault = fault_of(goal.rgb, goal.depth_m, wants_depth=wants_depth)
         if fault:
@@ -219,7 +219,7 @@ class NTSAgent:
         self._mode, self._why = "explore", ""
         self._greedy: tuple[int, Pose2] | None = None
         self._edge: tuple[int, Pose2] | None = None
-        self._given_up: list[tuple[float, float]] = []
+        self._given_up = []
         self._progress: tuple[GhostNode, float, int] | None = None
 
     def _look_back(self) -> None:

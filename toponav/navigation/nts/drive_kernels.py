@@ -47,7 +47,7 @@ def _time_at(times: np.ndarray, row: int, col: int) -> float:
             for c in range(col - 1, col + 2):
                 value = min(value, times[r, c])
         value += 0.1
-    return value
+    return float(value)
 
 
 @njit(cache=True)
@@ -55,7 +55,7 @@ def _clearance_at(clearance_m: np.ndarray, row: int, col: int) -> float:
     rows, cols = clearance_m.shape
     if row < 0 or col < 0 or row >= rows or col >= cols:
         return 0.0
-    return clearance_m[row, col]
+    return float(clearance_m[row, col])
 
 
 @njit(cache=True)

@@ -53,7 +53,7 @@ class RolloutSettings:
 def input_spaces(config: ImageGoalConfig) -> dict[str, gymnasium.spaces.Box]:
     """What a network is given in a step, by name."""
     picture = gymnasium.spaces.Box(0, 255, (config.channels, config.rows, config.cols), np.uint8)
-    spaces = {
+    spaces: dict[str, gymnasium.spaces.Box] = {
         "image": picture,
         "goal": picture,
         "sensors": gymnasium.spaces.Box(0.0, 1.0, (SENSORS,), np.float32),
