@@ -308,7 +308,8 @@ def read_trajectory(
             the images that are asked for.
 
     Example:
-        >>> recording = read_trajectory(Path("data/trajectories/000000.mcap"), rgb=True)
+        >>> path = Path("data/trajectories/000000.mcap")
+        >>> recording = read_trajectory(path, rgb=True)  # doctest: +SKIP
     """
     content = _opened(path)
     asked = {"depth": depth, "rgb": rgb, "semantic": semantic}
