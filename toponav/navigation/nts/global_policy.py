@@ -53,6 +53,7 @@ class GlobalPolicy:
         self._goal = goal
         self._rng = rng
         self._steps = 0
+        self._nodes = -1
 
     def score_ghosts(self, graph: ImageGraph, views: list[View]) -> None:
         """Scores the ghosts that have no score yet; nodes are compared with the goal once."""
@@ -78,6 +79,10 @@ class GlobalPolicy:
             if self.chosen is None:
                 self._take(graph.ghosts[int(self._rng.integers(len(graph.ghosts)))])
             return self.chosen
+        if self.chosen is not None and len(graph.nodes) == self._nodes:
+            # Nothing new was seen: a choice that changes with every step leads nowhere.
+            return self.chosen
+        self._nodes = len(graph.nodes)
         costs = self._costs_m(graph, node, pose)
         best = int(np.argmin(costs))
         if self.chosen is not None:
