@@ -11,6 +11,8 @@ const degrees = (rad: number): number => Math.round((rad * 180) / Math.PI);
 
 export class Inspector {
   private shown = "";
+  private subject = "";
+  private typing: EventTarget | null = null;
 
   constructor(
     private readonly root: HTMLElement,
@@ -19,6 +21,13 @@ export class Inspector {
   ) {
     const update = eachFrame(() => this.update());
     editor.on(["selection", "graph", "tool"], update);
+    root.addEventListener("input", (event) => (this.typing = event.target));
+    for (const end of ["change", "focusout"]) {
+      root.addEventListener(end, () => {
+        this.typing = null;
+        update();
+      });
+    }
     this.update();
   }
 
@@ -30,16 +39,19 @@ export class Inspector {
     }
     const key = this.key();
     if (key === this.shown) return;
-    const focused = (document.activeElement as HTMLElement | null)?.id ?? "";
-    const hadFocus = this.root.contains(document.activeElement);
+    const subject = JSON.stringify([...editor.nodes, "|", ...editor.edges]);
+    // Fields built anew would take what is being typed; they follow when it is set.
+    if (this.typing === document.activeElement && this.typing && subject === this.subject) return;
+    const focused = this.root.contains(document.activeElement) ? document.activeElement : null;
     this.shown = key;
+    this.subject = subject;
     const node = only(editor.nodes, editor.edges, editor.graph.nodes);
     const edge = only(editor.edges, editor.nodes, editor.graph.edges);
     if (node) this.root.replaceChildren(...this.nodeFields(node));
     else if (edge) this.root.replaceChildren(...this.edgeFields(edge));
     else if (editor.hasSelection) this.root.replaceChildren(...this.manyFields());
     else this.root.replaceChildren(...this.nothing());
-    if (hadFocus && focused) document.getElementById(focused)?.focus();
+    if (focused?.id) focusAgain(focused);
   }
 
   /** While a node is dragged only its place changes: building the fields anew takes too long. */
@@ -225,6 +237,15 @@ function only<Element>(
 ): Element | undefined {
   const [first] = ids;
   return ids.size === 1 && others.size === 0 && first !== undefined ? all.get(first) : undefined;
+}
+
+/** Puts the focus, and what is marked, where it was before the fields were built anew. */
+function focusAgain(before: Element): void {
+  const now = document.getElementById(before.id);
+  now?.focus();
+  if (!(now instanceof HTMLInputElement) || !(before instanceof HTMLInputElement)) return;
+  if (now.type === "number") now.select(); // browsers do not tell what is marked in it
+  else if (now.type === "text") now.setSelectionRange(before.selectionStart, before.selectionEnd);
 }
 
 const title = (what: string, name: string): HTMLElement =>

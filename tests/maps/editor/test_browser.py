@@ -185,6 +185,28 @@ def test_names_fields_and_lists_change_the_map(office):
     assert saved.node("office") == OFFICE.node("office")
 
 
+def test_fields_built_anew_keep_what_is_marked_and_typed(office):
+    page = office.page
+    office.click_node("store")
+    page.fill("#node-x", "1.25")
+    # Leaving x sets it; the fields are built anew a frame after the name is marked.
+    page.evaluate(
+        """async () => {
+          const name = document.getElementById("node-name");
+          name.focus();
+          name.select();
+          const frame = () => new Promise(requestAnimationFrame);
+          await frame();
+          await frame();
+        }"""
+    )
+    page.keyboard.type("cellar")
+    page.keyboard.press("Enter")
+    saved = office.saved()
+    assert "store" not in saved.node_index
+    assert saved.node("cellar").x_m == 1.25
+
+
 def test_plan_between_two_clicked_rooms_names_its_behaviours(office):
     office.press("p")
     office.click_node("office")
