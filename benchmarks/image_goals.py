@@ -5,7 +5,8 @@
     python benchmarks/image_goals.py curves RUN [RUN ...]   learning curves of runs of training
 
 The first two write benchmarks/results/image_goal_<what>.json. `curves` stores what the runs'
-`metrics.jsonl` say as benchmarks/results/image_goal_curves.json, and draws it.
+`metrics.jsonl` say as benchmarks/results/image_goal_curves.json, and draws it as
+docs/images/image_goal_curves.png.
 """
 
 import argparse
@@ -27,6 +28,7 @@ from toponav.models.baselines.image_goal_presets import image_goal_preset
 from toponav.training.image_goals.rollouts import RolloutSettings
 
 RESULTS = Path(__file__).parent / "results"
+PICTURE = Path(__file__).parent.parent / "docs" / "images" / "image_goal_curves.png"
 HOMES, ROBOTS, SEED = 4, 16, 0
 """Homes that robots run in here: what is measured is stepping, not making homes."""
 
@@ -113,36 +115,40 @@ def curves(runs: list[Path]) -> None:
         for path in sorted(run.glob("*/metrics.jsonl")):
             lines = [json.loads(line) for line in path.read_text().splitlines()]
             about = json.loads((run / f"{path.parent.name}.json").read_text())["metadata"]
-            kept = ("frames", "hours", "preset", "environment")
+            kept = ("frames", "hours", "drives", "preset", "environment")
             stored[path.parent.name] = {
                 "curve": lines,
                 "about": {name: about[name] for name in kept if name in about},
             }
     text = json.dumps({"schema": 1, "networks": stored}, indent=1) + "\n"
     write_atomically(RESULTS / "image_goal_curves.json", text)
-    write_atomically(RESULTS / "image_goal_curves.png", _drawn(stored))
+    write_atomically(PICTURE, _drawn(stored))
+
+
+PANELS = (
+    ("training episodes", "frames", "train_success", "success"),
+    ("homes-val, easy", "frames", "val_success_easy", "success"),
+    ("imitation: drives held out", "epoch", "accuracy", "agreement with the expert"),
+)
+"""Title, what lies across, what goes up, and its name."""
 
 
 def _drawn(stored: dict[str, Any]) -> bytes:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    figure = Figure(figsize=(11.0, 3.4), layout="constrained")
     FigureCanvasAgg(figure)
-    training, validation = figure.subplots(1, 2)
-    for name, one in stored.items():
-        for axes, wanted in ((training, "train_success"), (validation, "val_success")):
-            points = [
-                (line["frames"], line[wanted])
-                for line in one["curve"]
-                if wanted in line and "frames" in line
-            ]
-            if points:
-                axes.plot(*zip(*points, strict=True), marker=".", label=name)
-    for axes, title in ((training, "training episodes"), (validation, "homes-val")):
+    for axes, (title, across, up, label) in zip(figure.subplots(1, 3), PANELS, strict=True):
+        for name, one in stored.items():
+            lines = [line for line in one["curve"] if across in line and up in line]
+            if lines:
+                points = ([line[across] for line in lines], [line[up] for line in lines])
+                axes.plot(*points, marker=".", label=name)
         axes.set_title(title)
-        axes.set_xlabel("frames")
-        axes.set_ylabel("success")
+        axes.set_xlabel("epochs" if across == "epoch" else across)
+        axes.set_ylabel(label)
+        axes.set_ylim(0.0, 1.0)
         axes.grid(alpha=0.3)
         if axes.lines:
             axes.legend(fontsize=8)

@@ -59,7 +59,7 @@ def test_the_map_shows_walls_beside_the_robot_and_floor_ahead() -> None:
 
 def test_a_map_forgets() -> None:
     seen = EgocentricMap()
-    seen.add(np.full((32, 96), 100, np.uint8), Pose2(0, 0, 0))
+    seen.add(np.full((32, 144), 100, np.uint8), Pose2(0, 0, 0))
     assert seen.around(Pose2(0, 0, 0)).any()
     seen.reset()
     assert not seen.around(Pose2(0, 0, 0)).any()

@@ -4,6 +4,9 @@ import torch
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import Behavior
 from toponav.models.baselines.behavrnn import BehavRNN
+from toponav.models.baselines.image_goal import ImageGoalNetwork
+from toponav.models.baselines.image_goal_presets import image_goal_preset
+from toponav.models.baselines.image_goal_weights import load_image_goal, open_eyes
 from toponav.models.baselines.phasenet import PhaseNet
 from toponav.models.baselines.presets import get_baseline_preset
 from toponav.models.checkpoints import (
@@ -49,6 +52,16 @@ def test_baselines_are_released_where_there_are_any(tmp_path) -> None:
         assert released["networks"][name] < 2e6
     assert load_phasenet(tmp_path / "out").config == baselines.phasenet
     assert load_behavrnn(tmp_path / "out").config == baselines.behavrnn
+
+
+def test_image_goal_policies_are_released_with_their_eyes(tmp_path) -> None:
+    network = open_eyes(ImageGoalNetwork(image_goal_preset("metric_rl", "compact", depth=True)))
+    save_checkpoint(network, tmp_path / "run" / "metric_map_rl_rgbd", {"frames": 7})
+    released = release_weights(tmp_path / "run", tmp_path / "out")
+    assert released["networks"]["metric_map_rl_rgbd"] < 2.5e6
+    again = load_image_goal("metric_map_rl_rgbd", tmp_path / "out")
+    for mine, theirs in zip(network.parameters(), again.parameters(), strict=True):
+        torch.testing.assert_close(mine, theirs, atol=1e-3, rtol=1e-3)
 
 
 def test_a_run_without_localization_is_refused(tmp_path) -> None:

@@ -18,6 +18,8 @@ def collect_imitation(
     homes: int | None = None,
     episodes: int = 24,
     preset: ImageGoalPresetName = "compact",
+    modality: Literal["rgb", "rgbd"] = "rgbd",
+    homes_folder: Path | None = None,
     learner: str | None = None,
     learner_name: str = "il_rgbd",
     expert_share: float = 0.3,
@@ -40,6 +42,9 @@ def collect_imitation(
         homes: How many of them, from the first; all when left out.
         episodes: Drives in each home.
         preset: Whose panoramas: those of the network to be trained.
+        modality: Colour, or colour and depth. Compact networks of one modality do not learn from
+            drives of the other, whose panoramas have another size.
+        homes_folder: Keep the homes here, so that another run need not make them again.
         learner: Folder of weights that drive beside the expert.
         learner_name: Which policy of that folder.
         expert_share: Share of the time that the expert drives beside a learner.
@@ -61,6 +66,7 @@ def collect_imitation(
         homes=count,
         episodes=episodes,
         preset=preset,
+        depth=modality == "rgbd",
         seed=seed,
         learner=learner,
         learner_name=learner_name,
@@ -72,6 +78,7 @@ def collect_imitation(
             config,
             workers=workers,
             engine=engine,
+            homes_folder=homes_folder,
             on_progress=lambda done: update(done, count),
         )
     found = {

@@ -1,6 +1,7 @@
 """`toponav/ImageNav-v0`: find the place in the picture, in a home never seen before."""
 
 import copy
+import math
 from typing import Any
 
 import gymnasium
@@ -179,7 +180,9 @@ class ImageNavEnv(gymnasium.Env[dict[str, Any], np.int64]):
     def _reward(self, info: dict[str, Any]) -> float:
         if self.reward == "success":
             return float(info["success"])
-        before_m, self._distance_m = self._distance_m, info["distance_to_goal_m"]
+        before_m, after_m = self._distance_m, info["distance_to_goal_m"]
+        # Squeezed into a corner that the floor plan does not join to the rest: nothing is known.
+        self._distance_m = after_m if math.isfinite(after_m) else before_m
         spl = self._geodesic_m / max(info["path_m"], self._geodesic_m, 1e-6)
         return float(_SUCCESS * spl * info["success"] + before_m - self._distance_m - _STEP)
 

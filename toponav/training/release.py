@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from toponav.models.baselines.image_goal_weights import IMAGE_GOAL_NAMES, load_image_goal
 from toponav.models.checkpoints import (
     Network,
     checkpoint_metadata,
@@ -30,7 +31,7 @@ def release_weights(run: Path, out: Path) -> dict[str, Any]:
     Raises:
         InputError: A network is missing or broken.
     """
-    networks = _nts_networks(run)
+    networks = _nts_networks(run) | _image_goal_networks(run)
     if not networks:
         networks = _metric_networks(run) if holds_metric_weights(run) else _crop_networks(run)
     out.mkdir(parents=True, exist_ok=True)
@@ -48,6 +49,15 @@ def _nts_networks(run: Path) -> dict[str, Network]:
     return {
         name: load_nts(run, depth=depth)
         for name, depth in kinds.items()
+        if (run / f"{name}.safetensors").is_file()
+    }
+
+
+def _image_goal_networks(run: Path) -> dict[str, Network]:
+    """The learned baselines of image goals that the run has."""
+    return {
+        name: load_image_goal(name, run)
+        for name in IMAGE_GOAL_NAMES
         if (run / f"{name}.safetensors").is_file()
     }
 

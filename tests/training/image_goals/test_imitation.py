@@ -10,6 +10,7 @@ from toponav.core.errors import InputError
 from toponav.core.imagenav import Action
 from toponav.models.baselines.image_goal import ImageGoalNetwork
 from toponav.models.baselines.image_goal_presets import SENSORS, image_goal_preset
+from toponav.models.baselines.image_goal_weights import open_eyes
 from toponav.models.checkpoints import save_checkpoint
 from toponav.training.config import default_config
 from toponav.training.image_goals.demonstrations import (
@@ -19,7 +20,8 @@ from toponav.training.image_goals.demonstrations import (
     open_demonstrations,
 )
 from toponav.training.image_goals.imitation_recipe import train_imitation
-from toponav.training.image_goals.imitation_task import ImitationTask, _mirror
+from toponav.training.image_goals.imitation_task import ImitationTask, _mirrored
+from toponav.training.image_goals.seen_drives import seen_in
 
 CONFIG = DemonstrationConfig(homes=1, episodes=2, far_m=3.0, max_steps=60)
 
@@ -70,16 +72,16 @@ def test_a_learner_drives_where_the_expert_says_what_to_do(tmp_path: Path) -> No
 def drives(steps: int = 12) -> HomeDrives:
     """Turn left until the goal is ahead, which a mark of the picture shows, then stop."""
     rng = np.random.default_rng(0)
-    image = np.zeros((2 * steps, 4, 32, 96), np.uint8)
+    image = np.zeros((2 * steps, 4, 32, 144), np.uint8)
     action = np.full(2 * steps, int(Action.LEFT), np.int8)
     for k in range(2 * steps):
         left = k % steps == steps - 1
-        image[k] = rng.integers(0, 20, (4, 32, 96))
+        image[k] = rng.integers(0, 20, (4, 32, 144))
         if left:
             image[k, 0], action[k] = 250, int(Action.STOP)
     return HomeDrives(
         image,
-        rng.integers(0, 255, (2, 4, 32, 96), np.uint8),
+        rng.integers(0, 255, (2, 4, 32, 144), np.uint8),
         np.zeros((2 * steps, SENSORS), np.float32),
         action,
         np.repeat(np.arange(2, dtype=np.int32), steps),
@@ -90,20 +92,41 @@ def drives(steps: int = 12) -> HomeDrives:
 
 def test_mirrored_drives_turn_the_other_way() -> None:
     rng = np.random.default_rng(1)
-    batch = {
-        "image": rng.integers(0, 255, (3, 1, 4, 32, 96), np.uint8),
-        "goal": rng.integers(0, 255, (1, 4, 32, 96), np.uint8),
-        "sensors": rng.random((3, 1, SENSORS), np.float32),
-        "action": np.array([[1], [2], [3]]),
+    part = {
+        "image": rng.integers(0, 255, (3, 4, 32, 96), np.uint8),
+        "goal": rng.integers(0, 255, (4, 32, 96), np.uint8),
+        "sensors": rng.random((3, SENSORS), np.float32),
+        "action": np.array([1, 2, 3]),
     }
-    once = dict(batch)
-    _mirror(once)
-    assert once["action"].tolist() == [[1], [3], [2]]
-    assert np.array_equal(once["sensors"][..., 2], batch["sensors"][..., 3])
+    once = _mirrored(part)
+    assert once["action"].tolist() == [1, 3, 2]
+    assert np.array_equal(once["sensors"][..., 2], part["sensors"][..., 3])
     # The four columns that become the direction ahead stay ahead.
-    assert np.array_equal(once["image"][..., :4], batch["image"][..., 3::-1])
-    _mirror(once)
-    assert all(np.array_equal(once[name], batch[name]) for name in batch)
+    assert np.array_equal(once["image"][..., :4], part["image"][..., 3::-1])
+    twice = _mirrored(once)
+    assert all(np.array_equal(twice[name], part[name]) for name in part)
+
+
+def test_drives_are_looked_at_once(folder: Path) -> None:
+    network = open_eyes(ImageGoalNetwork(image_goal_preset("il", "compact", depth=True)))
+    assert network.sight is not None
+    (home,) = open_demonstrations([folder])
+    seen = seen_in(home, network.sight, "float32")
+    features = network.encode(torch.from_numpy(np.array(home.image[:1])))
+    goal = network.encode(torch.from_numpy(np.array(home.goal[:1])))
+    said = network.sight.compare(features, goal)[0].numpy()
+    np.testing.assert_allclose(seen[0], said, rtol=2e-3, atol=2e-3)
+    (path,) = folder.glob("*/seen-*-as-is.npy")
+    before = path.stat().st_mtime_ns
+    assert np.array_equal(seen, seen_in(home, network.sight, "float32"))
+    assert path.stat().st_mtime_ns == before
+
+
+def test_drives_of_the_other_modality_are_refused(folder: Path, tmp_path: Path) -> None:
+    config = default_config("compact", "il").with_changes(epochs=1)
+    sizes = image_goal_preset("il", "compact", depth=False)
+    with pytest.raises(InputError, match="32x144 pixels, and il_rgb sees 3 of 64x144"):
+        train_imitation([folder], [], sizes, "compact", config, tmp_path)
 
 
 def test_a_policy_learns_what_it_is_shown() -> None:
@@ -111,7 +134,7 @@ def test_a_policy_learns_what_it_is_shown() -> None:
     config = default_config("compact", "il").with_changes(
         batch_size=2, sequence_steps=8, mirror=False
     )
-    network = ImageGoalNetwork(image_goal_preset("il", "compact", depth=False))
+    network = open_eyes(ImageGoalNetwork(image_goal_preset("il", "compact", depth=True)))
     task = ImitationTask(network, [drives()], [], config)
     optimizer = torch.optim.Adam(network.parameters(), 2e-3)
     assert task.samples == 2

@@ -1,4 +1,4 @@
-"""Reinforcement learning: robots and checkpoints. That something is learned is not shown yet."""
+"""Reinforcement learning: robots, checkpoints, and that something is learned."""
 
 import json
 from pathlib import Path
@@ -103,3 +103,25 @@ def test_goals_come_to_be_farther_while_training_goes_on() -> None:
     assert config.far_after(0) == config.first_far_m
     assert config.far_after(10 * config.curriculum_frames) == config.far_m
     assert reinforcement_config("paper").frames == 25_000_000
+
+
+def test_a_policy_learns_to_stop_where_it_is_at_its_goal(tmp_path: Path) -> None:
+    config = TINY.with_changes(
+        frames=1024,
+        robots=8,
+        steps=32,
+        rollouts_a_segment=1,
+        batch_size=64,
+        learning_rate=2e-3,
+        near_m=0.3,
+        first_far_m=0.9,
+        far_m=0.9,
+    )
+    lines = trained("target_rl", tmp_path, config)
+    first, last = lines[0], lines[-1]
+    # A new policy wanders for twenty steps or so; what comes of it in as many frames says more
+    # than the few that had ended.
+    assert first["episodes"] < 20
+    assert last["episodes"] > 3 * first["episodes"]
+    assert last["length"] < 6.0
+    assert last["train_success"] > 0.85

@@ -1,4 +1,4 @@
-"""Policies from two panoramas to an action: one shared encoder, a memory, four logits."""
+"""Policies from two panoramas to an action: shared eyes, a memory, four logits."""
 
 from collections.abc import Mapping
 from typing import ClassVar
@@ -15,93 +15,13 @@ from toponav.models.baselines.image_goal_presets import (
     SENSORS,
     ImageGoalConfig,
 )
+from toponav.models.baselines.image_goal_sight import SeenJoin, Sight
 from toponav.models.nts.encoder import ResNet18Encoder
 
 __all__ = ["ImageGoalNetwork", "ImageGoalTrunk", "Memory"]
 
 Memory = tuple[Tensor, ...]
 """State of the memory between steps: one tensor (GRU), two (LSTM) or none."""
-
-
-class _Around(nn.Module):
-    """A convolution whose last axis wraps."""
-
-    def __init__(
-        self, inputs: int, outputs: int, kernel: tuple[int, int], stride: tuple[int, int] = (1, 1)
-    ) -> None:
-        super().__init__()
-        self.pad = (
-            (kernel[1] - stride[1]) // 2,
-            kernel[1] - stride[1] - (kernel[1] - stride[1]) // 2,
-        )
-        self.pad_rows = (kernel[0] - stride[0]) // 2
-        self.conv = nn.Conv2d(inputs, outputs, kernel, stride, (self.pad_rows, 0))
-
-    def forward(self, x: Tensor) -> Tensor:
-        left, right = self.pad
-        if left or right:
-            x = torch.cat([x[..., x.shape[-1] - left :], x, x[..., :right]], dim=-1)
-        return functional.relu(self.conv(x))
-
-
-class _AroundEncoder(nn.Module):
-    """A few features for each direction; without batch statistics, which reinforcement upsets."""
-
-    def __init__(self, config: ImageGoalConfig) -> None:
-        super().__init__()
-        width = config.width
-        self.layers = nn.Sequential(
-            _Around(config.channels, width, (4, 4), (4, 4)),
-            _Around(width, width, (3, 3)),
-            _Around(width, 2 * width, (4, 3), (2, 1)),
-        )
-        self.columns = nn.Conv1d(2 * width * (config.rows // 8), config.features, 1)
-
-    def forward(
-        self, x: Float[Tensor, "batch channels rows cols"]
-    ) -> Float[Tensor, "batch features azimuths"]:
-        """Features of each direction."""
-        return functional.relu(self.columns(self.layers(x).flatten(1, 2)))
-
-
-class _AroundJoin(nn.Module):
-    """Compares two panoramas in all ways that one may be turned against the other.
-
-    Entry (i, s) says how much direction i of what is seen resembles direction i + s of the goal.
-    """
-
-    def __init__(self, config: ImageGoalConfig) -> None:
-        super().__init__()
-        ways, azimuths = config.matches, config.cols // 4
-        self.ways = ways
-        self.project = nn.Conv1d(config.features, config.features, 1)
-        self.first = nn.Conv2d(ways, 2 * ways, 3)
-        self.second = nn.Conv2d(2 * ways, 4 * ways, 3)
-        self.mix = nn.Conv1d(config.features + 4 * ways, config.features, 3)
-        index = torch.arange(azimuths)
-        shifted = (index[:, None] + index[None, :]) % azimuths
-        self.register_buffer("shifted", shifted, persistent=False)
-        self.size = config.features * azimuths + 2 * config.features
-
-    def forward(
-        self,
-        seen: Float[Tensor, "batch features azimuths"],
-        goal: Float[Tensor, "batch features azimuths"],
-    ) -> Float[Tensor, "batch joined"]:
-        """What both say together."""
-        alike = torch.einsum("nkfi,nkfj->nkij", self._described(seen), self._described(goal))
-        index = self.shifted.expand(len(alike), self.ways, -1, -1)  # type: ignore[operator]
-        x = functional.pad(torch.gather(alike, 3, index), (1, 1, 1, 1), mode="circular")
-        x = functional.max_pool2d(functional.relu(self.first(x)), (1, 2))
-        x = functional.pad(x, (1, 1, 1, 1), mode="circular")
-        x = functional.relu(self.second(x)).amax(3)
-        x = functional.pad(torch.cat([seen, x], dim=1), (1, 1), mode="circular")
-        x = functional.relu(self.mix(x))
-        return torch.cat([x.flatten(1), goal.amax(2), goal.mean(2)], dim=1)
-
-    def _described(self, features: Tensor) -> Tensor:
-        vectors = self.project(features).unflatten(1, (self.ways, -1))
-        return functional.normalize(vectors, dim=2) * 2.0
 
 
 class _EndToEnd(nn.Module):
@@ -145,13 +65,15 @@ class ImageGoalTrunk(nn.Module):
     def __init__(self, config: ImageGoalConfig) -> None:
         super().__init__()
         self.config = config
-        small = config.encoder == "around"
-        self.encoder: nn.Module = (
-            _AroundEncoder(config) if small else ResNet18Encoder(config.vision)
-        )
-        self.join: nn.Module = _AroundJoin(config) if small else _EndToEnd(config)
+        self.encoder: nn.Module | None = None
+        self.join: nn.Module
+        if config.has_sight:
+            self.join = SeenJoin(config)
+        else:
+            self.encoder = ResNet18Encoder(config.vision)
+            self.join = _EndToEnd(config)
         self.map = _MapEncoder() if config.metric_map else None
-        inputs = int(self.join.size) + SENSORS
+        inputs = int(self.join.size) + SENSORS  # type: ignore[arg-type]
         self.out = nn.Linear(
             inputs + (self.map.size if self.map is not None else 0), config.hidden
         )
@@ -159,7 +81,8 @@ class ImageGoalTrunk(nn.Module):
     def encode(
         self, images: Shaped[Tensor, "batch channels rows cols"]
     ) -> Float[Tensor, "batch features azimuths"]:
-        """Features of panoramas, 0 to 255; those of a goal can be kept."""
+        """Features of panoramas, 0 to 255, where the trunk learns to see."""
+        assert self.encoder is not None
         found: Tensor = self.encoder((images.float() - 110.0) / 64.0)
         return found
 
@@ -169,18 +92,25 @@ class ImageGoalTrunk(nn.Module):
         """One vector a step.
 
         Args:
-            sensed: `image`, `sensors`, `goal` unless its features are given, `map` where used.
+            sensed: `sensors`, `map` where used, and `seen`, as `Sight.compare` says it; or where
+                the trunk learns to see `image`, and `goal` unless its features are given.
             goal: Features of the goals.
         """
-        if goal is None:
-            both = self.encode(torch.cat([sensed["image"], sensed["goal"]]))
-            seen, goal = both.chunk(2)
-        else:
-            seen = self.encode(sensed["image"])
-        parts = [self.join(seen, goal), sensed["sensors"].float()]
+        parts = [self._seen(sensed, goal), sensed["sensors"].float()]
         if self.map is not None:
             parts.append(self.map(sensed["map"].float() / 255.0))
         return functional.relu(self.out(torch.cat(parts, dim=1)))
+
+    def _seen(self, sensed: Mapping[str, Tensor], goal: Tensor | None) -> Tensor:
+        found: Tensor
+        if self.encoder is None:
+            found = self.join(sensed["seen"])
+        elif goal is None:
+            both = self.encode(torch.cat([sensed["image"], sensed["goal"]]))
+            found = self.join(*both.chunk(2))
+        else:
+            found = self.join(self.encode(sensed["image"]), goal)
+        return found
 
 
 class ImageGoalNetwork(nn.Module):
@@ -199,6 +129,7 @@ class ImageGoalNetwork(nn.Module):
     def __init__(self, config: ImageGoalConfig) -> None:
         super().__init__()
         self.config = config
+        self.sight = Sight(config) if config.has_sight else None
         self.trunk = ImageGoalTrunk(config)
         size = config.memory_size if config.memory != "none" else config.hidden
         self.memory: nn.Module | None = None
@@ -212,6 +143,13 @@ class ImageGoalNetwork(nn.Module):
         """The memory at the start of an episode."""
         count = {"gru": 1, "lstm": 2, "none": 0}[self.config.memory]
         return tuple(torch.zeros(1, batch, self.config.memory_size) for _ in range(count))
+
+    def encode(
+        self, images: Shaped[Tensor, "batch channels rows cols"]
+    ) -> Float[Tensor, "batch features azimuths"]:
+        """Features of panoramas, 0 to 255; those of a goal can be kept."""
+        found: Tensor = (self.trunk if self.sight is None else self.sight).encode(images)
+        return found
 
     def remember(
         self, hidden: Float[Tensor, "steps batch hidden"], memory: Memory
@@ -229,6 +167,10 @@ class ImageGoalNetwork(nn.Module):
         self, sensed: Mapping[str, Tensor], memory: Memory, goal: Tensor | None = None
     ) -> tuple[Float[Tensor, "batch actions"], Memory]:
         """Logits of the actions after one step of several robots, and the memory."""
+        if self.sight is not None and "seen" not in sensed:
+            goal = self.sight.encode(sensed["goal"]) if goal is None else goal
+            seen = self.sight.compare(self.sight.encode(sensed["image"]), goal)
+            sensed = {**sensed, "seen": seen}
         hidden = self.trunk(sensed, goal)
         remembered, memory = self.remember(hidden[None], memory)
         return self.actor(remembered[0]), memory

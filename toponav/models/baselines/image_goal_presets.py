@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from toponav.core.errors import InputError, did_you_mean
-from toponav.models.nts.presets import NTSConfig
+from toponav.core.imagenav import DIRECTIONS
+from toponav.models.nts.presets import NTSConfig, get_nts_preset
 
 __all__ = [
     "MAP_CELLS",
@@ -37,17 +38,18 @@ class ImageGoalConfig:
     """Which baseline it is."""
     rows: int = 32
     """Rows of the panorama that the network sees."""
-    cols: int = 96
+    cols: int = 144
     """Columns of it."""
     depth: bool = True
     """Whether it sees depth besides colour."""
     encoder: Literal["around", "resnet18"] = "around"
-    """`around`: small, wrapped at the seam, on a cylinder of equal angles, and compares the two
-    panoramas in all ways that one may be turned. `resnet18`: the paper's, on panoramas as the
-    camera gives them, whose features are joined end to end."""
-    width: int = 24
+    """`around`: that of `nts_rgb` and `nts_rgbd`, and what compares panoramas there in all ways
+    that one may be turned; learned before and left as they are. `resnet18`: the paper's, on
+    panoramas as the camera gives them, whose features are joined end to end; learned with the
+    policy."""
+    width: int = 32
     """Channels of the first layers of `around`."""
-    features: int = 24
+    features: int = 64
     """Features of each direction."""
     matches: int = 4
     """Ways in which directions of two panoramas are compared (`around`)."""
@@ -64,7 +66,7 @@ class ImageGoalConfig:
         small = self.encoder == "around"
         checks = {
             "rows": 32 <= self.rows <= 1024 and self.rows % 16 == 0,
-            "cols": 32 <= self.cols <= 4096 and self.cols % (48 if small else 32) == 0,
+            "cols": 32 <= self.cols <= 4096 and self.cols % (4 * DIRECTIONS if small else 32) == 0,
             "width": 1 <= self.width <= 1024,
             "features": 1 <= self.features <= 4096 and self.features % self.matches == 0,
             "matches": 1 <= self.matches <= 256,
@@ -97,6 +99,26 @@ class ImageGoalConfig:
         return self.encoder == "around"
 
     @property
+    def has_sight(self) -> bool:
+        """Whether the network sees with eyes that were learned before."""
+        return self.encoder == "around"
+
+    @property
+    def azimuths(self) -> int:
+        """Directions that have features."""
+        return self.vision.azimuths
+
+    @property
+    def matched_channels(self) -> int:
+        """What a comparison of panoramas says in each of twelve directions (`around`)."""
+        return 8 * self.matches
+
+    @property
+    def seen_size(self) -> int:
+        """How much `Sight.compare` says."""
+        return self.features * (self.azimuths + 2) + self.matched_channels * DIRECTIONS
+
+    @property
     def vision(self) -> NTSConfig:
         """The same sizes as Neural Topological SLAM's encoders and projections take them."""
         return NTSConfig(
@@ -104,6 +126,7 @@ class ImageGoalConfig:
             cols=self.cols,
             depth=self.depth,
             encoder=self.encoder,
+            width=self.width,
             features=self.features,
             matches=self.matches,
         )
@@ -141,7 +164,18 @@ def image_goal_preset(
         )
     is_metric = policy == "metric_rl"
     if name == "compact":
-        return ImageGoalConfig(policy, depth=depth, memory=memories[policy], metric_map=is_metric)
+        eyes = get_nts_preset("compact", depth=depth)
+        return ImageGoalConfig(
+            policy,
+            rows=eyes.rows,
+            cols=eyes.cols,
+            depth=depth,
+            width=eyes.width,
+            features=eyes.features,
+            matches=eyes.matches,
+            memory=memories[policy],
+            metric_map=is_metric,
+        )
     if name == "paper":
         return ImageGoalConfig(
             policy,

@@ -1,16 +1,35 @@
 """The weights of the learned image-goal baselines: a folder's, or those that ship."""
 
+import hashlib
 from importlib import resources
 from pathlib import Path
 
+from torch import nn
+
 from toponav.core.errors import InputError
 from toponav.models.baselines.image_goal import ImageGoalNetwork
-from toponav.models.checkpoints import find_weights, load_checkpoint
+from toponav.models.checkpoints import find_weights, load_checkpoint, load_nts
 
-__all__ = ["IMAGE_GOAL_WEIGHTS", "load_image_goal", "ships"]
+__all__ = [
+    "IMAGE_GOAL_NAMES",
+    "IMAGE_GOAL_WEIGHTS",
+    "digest_of_weights",
+    "load_image_goal",
+    "open_eyes",
+    "ships",
+]
 
 IMAGE_GOAL_WEIGHTS = "imagenav"
 """Name of the folder of those that ship."""
+
+IMAGE_GOAL_NAMES = (
+    "il_rgb",
+    "il_rgbd",
+    "target_rl_rgb",
+    "target_rl_rgbd",
+    "metric_map_rl_rgbd",
+)
+"""The learned baselines, as their weights and agents are called."""
 
 
 def ships(name: str) -> bool:
@@ -50,3 +69,40 @@ def load_image_goal(name: str, name_or_dir: str | Path | None = None) -> ImageGo
             f"this is not {name}", where=str(path), remedy=f"train it again: `{train}`"
         )
     return network
+
+
+def open_eyes(network: ImageGoalNetwork, nts: str | Path = "nts") -> ImageGoalNetwork:
+    """The network, seeing as Neural Topological SLAM does; as it was where it learns to see.
+
+    Args:
+        network: A new policy; changed in place.
+        nts: Weights of Neural Topological SLAM: a folder, or what ships.
+
+    Raises:
+        InputError: There are none, or their sizes are others.
+    """
+    sight = network.sight
+    if sight is None:
+        return network
+    other = load_nts(nts, depth=network.config.depth)
+    matcher = getattr(other.heads, "matcher", None)
+    try:
+        assert matcher is not None
+        sight.encoder.load_state_dict(other.encoder.state_dict())
+        sight.matcher.load_state_dict(matcher.state_dict())
+    except (RuntimeError, AssertionError):
+        raise InputError(
+            f"its eyes are not of the sizes of {network.config.name}",
+            where=str(nts),
+            remedy="give weights of preset compact, such as nts",
+        ) from None
+    return network
+
+
+def digest_of_weights(network: nn.Module) -> str:
+    """Identifies a network's weights."""
+    digest = hashlib.sha256()
+    for name, value in sorted(network.state_dict().items()):
+        digest.update(name.encode())
+        digest.update(value.cpu().contiguous().numpy().tobytes())
+    return digest.hexdigest()

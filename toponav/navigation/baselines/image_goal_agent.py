@@ -8,6 +8,7 @@ from torch import Tensor
 
 from toponav.core.imagenav import Action, ImageGoal, ImageNavBelief, PanoramaObservation
 from toponav.models.baselines.image_goal import ImageGoalNetwork, Memory
+from toponav.models.nts.encoder import folded
 from toponav.navigation.baselines.senses import Senses
 
 __all__ = ["ImageGoalAgent"]
@@ -24,7 +25,7 @@ class ImageGoalAgent:
     """
 
     def __init__(self, network: ImageGoalNetwork, seed: int = 0, *, sampled: bool = True) -> None:
-        self._network = network.eval()
+        self._network: ImageGoalNetwork = folded(network)  # type: ignore[assignment]
         self._senses = Senses(network.config)
         self._sampled = sampled
         self._memory: Memory = network.begin()
@@ -40,7 +41,7 @@ class ImageGoalAgent:
     def reset(self, goal: ImageGoal) -> None:
         """Begins an episode."""
         picture = self._senses.reset(goal)
-        self._goal = self._network.trunk.encode(torch.from_numpy(picture)[None])
+        self._goal = self._network.encode(torch.from_numpy(picture)[None])
         self._memory = self._network.begin()
         self._last = None
 

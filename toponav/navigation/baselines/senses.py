@@ -26,7 +26,7 @@ from toponav.navigation.baselines.egocentric_map_kernels import add_cylinder, cu
 
 __all__ = ["EgocentricMap", "Senses", "picture_of"]
 
-_MAP_ROWS, _MAP_COLS = 32, 96
+_MAP_ROWS, _MAP_COLS = 32, 144
 _GRID_SIDE_M, _GRID_CELL_M = 32.0, 0.1
 _NEAR_CELL_M, _FAR_CELL_M = 0.2, 0.6
 _FARTHEST_M = 6.0
@@ -159,7 +159,7 @@ class Senses:
 
     def _map_depth(self, observation: PanoramaObservation, image: np.ndarray) -> np.ndarray:
         """The depth that the map is made from: always a small cylinder."""
-        if self.config.is_cylinder and image.shape[1:] == (_MAP_ROWS, _MAP_COLS):
+        if self.config.is_cylinder:
             depth: np.ndarray = image[3]
             return depth
         small = NTSConfig(rows=_MAP_ROWS, cols=_MAP_COLS, depth=True)

@@ -69,6 +69,8 @@ class DemonstrationConfig:
     """A drive ends here where the goal was not reached."""
     preset: ImageGoalPresetName = "compact"
     """Whose panoramas."""
+    depth: bool = True
+    """Whether with depth; a compact policy that sees colour alone takes panoramas of its own."""
     seed: int = 0
     """Seed of the drives."""
     learner: str | None = None
@@ -100,7 +102,7 @@ class DemonstrationConfig:
     def network(self) -> ImageGoalConfig:
         """A network that takes these panoramas."""
         kind: ImageGoalKind = "il"
-        return image_goal_preset(kind, self.preset, depth=True)
+        return image_goal_preset(kind, self.preset, depth=self.depth)
 
 
 @dataclass(frozen=True)
@@ -118,13 +120,14 @@ class HomeDrives:
     """The drives of one home.
 
     Attributes:
-        image: uint8[frames, 4, rows, cols], as `picture_of` makes them with depth.
-        goal: uint8[episodes, 4, rows, cols].
+        image: uint8[frames, channels, rows, cols], as `picture_of` makes them.
+        goal: uint8[episodes, channels, rows, cols].
         sensors: float32[frames, sensors].
         action: int8[frames], what the expert would do.
         episode: int32[frames], number of the drive; its frames follow each other.
         reached: Drives that ended at their goal.
         name: The home's.
+        folder: Where they are; what is made of the pictures is kept there too.
     """
 
     image: np.ndarray
@@ -134,6 +137,7 @@ class HomeDrives:
     episode: np.ndarray
     reached: int
     name: str
+    folder: Path | None = None
 
 
 def collect_demonstrations(
@@ -142,6 +146,7 @@ def collect_demonstrations(
     *,
     workers: int = 1,
     engine: Engine = "local",
+    homes_folder: Path | None = None,
     on_progress: Callable[[int], None] | None = None,
 ) -> list[HomeDrives]:
     """Drive what is missing; the homes in order.
@@ -151,6 +156,7 @@ def collect_demonstrations(
         config: What to collect.
         workers: Processes.
         engine: Where they run.
+        homes_folder: Where homes are kept between runs; None makes them again.
         on_progress: Told how many homes are done.
 
     Raises:
@@ -158,7 +164,13 @@ def collect_demonstrations(
     """
     check_out_folder(out)
     if config.learner is not None:
-        load_image_goal(config.learner_name, config.learner)
+        learner = load_image_goal(config.learner_name, config.learner).config
+        if camera_of(learner) != camera_of(config.network):
+            raise InputError(
+                f"{config.learner_name} sees other panoramas than are collected",
+                where="--learner-name",
+                remedy="collect with the learner's --modality and --preset",
+            )
     manifest = out / _MANIFEST
     if manifest.exists():
         found = _read_config(manifest)
@@ -170,7 +182,7 @@ def collect_demonstrations(
             )
     write_atomically(manifest, json.dumps(dataclasses.asdict(config), indent=1) + "\n")
     tasks = [
-        (home, config)
+        (home, config, homes_folder)
         for home in range(config.homes)
         if not (_folder_of(out, config, home) / _HOME).is_file()
     ]
@@ -218,15 +230,20 @@ def digest_of(folders: list[Path]) -> str:
     return digest.hexdigest()
 
 
-def drive_home(task: tuple[int, DemonstrationConfig]) -> dict[str, np.ndarray]:
+def drive_home(task: tuple[int, DemonstrationConfig, Path | None]) -> dict[str, np.ndarray]:
     """The drives of one home, by its number."""
     import torch
 
-    home, config = task
+    home, config, folder = task
     torch.set_num_threads(1)
     network = config.network
     shelf = HomeShelf(
-        config.suite, config.homes, camera_of(network), kept=1, max_steps=config.max_steps
+        config.suite,
+        config.homes,
+        camera_of(network),
+        folder=folder,
+        kept=1,
+        max_steps=config.max_steps,
     )
     learner = _learner(config.learner_name, config.learner)
     drives = []
@@ -320,7 +337,7 @@ def _open_home(folder: Path, config: DemonstrationConfig) -> HomeDrives:
     record = from_json(
         _HomeRecord, read_json_object(folder / _HOME), where=str(folder / _HOME), remedy=_REMEDY
     )
-    size = (4, config.network.rows, config.network.cols)
+    size = (config.network.channels, config.network.rows, config.network.cols)
 
     def mapped(name: str, dtype: str, shape: tuple[int, ...]) -> np.ndarray:
         return map_npy(folder / f"{name}.npy", dtype, shape, remedy=_REMEDY)
@@ -333,6 +350,7 @@ def _open_home(folder: Path, config: DemonstrationConfig) -> HomeDrives:
         mapped("episode", "int32", (record.frames,)),
         record.reached,
         folder.name,
+        folder,
     )
 
 

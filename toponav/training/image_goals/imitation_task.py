@@ -13,11 +13,12 @@ from toponav.models.baselines.image_goal import ImageGoalNetwork
 from toponav.training.config import TrainingConfig
 from toponav.training.image_goals.closed_loop import ClosedLoop
 from toponav.training.image_goals.demonstrations import HomeDrives
+from toponav.training.image_goals.seen_drives import mirrored_pictures, seen_in
+from toponav.training.precision import Precision
 
 __all__ = ["ImitationTask", "SequenceBatch"]
 
 _CHANGE_WEIGHT = 2.5
-_MIRROR_SHIFT = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,16 +26,14 @@ class SequenceBatch:
     """Parts of drives, side by side.
 
     Attributes:
-        image: uint8[steps, drives, channels, rows, cols].
-        goal: uint8[drives, channels, rows, cols].
-        sensors: float32[steps, drives, sensors].
+        sensed: By name, [steps, drives, ...]: `sensors`, and `seen` or `image`.
+        goal: uint8[drives, channels, rows, cols]; None where `seen` says all of it.
         action: int64[steps, drives].
         weight: float32[steps, drives]; 0 where a drive has ended.
     """
 
-    image: Tensor
-    goal: Tensor
-    sensors: Tensor
+    sensed: dict[str, Tensor]
+    goal: Tensor | None
     action: Tensor
     weight: Tensor
 
@@ -53,6 +52,7 @@ class ImitationTask:
         held_out: Drives of other homes, to validate on.
         config: How to train; a batch counts drives.
         closed_loop: What else to measure after every epoch.
+        precision: Number format in which a network with eyes looks at pictures, once.
     """
 
     def __init__(
@@ -62,10 +62,17 @@ class ImitationTask:
         held_out: Sequence[HomeDrives],
         config: TrainingConfig,
         closed_loop: ClosedLoop | None = None,
+        precision: Precision = "float32",
     ) -> None:
         self.model = model
         self.name = model.config.name
         self._config, self._closed_loop = config, closed_loop
+        self._seen: dict[tuple[int, bool], np.ndarray] = {}
+        if model.sight is not None:
+            for home in (*homes, *held_out):
+                for mirrored in (False, True) if config.mirror else (False,):
+                    seen = seen_in(home, model.sight, precision, mirrored=mirrored)
+                    self._seen[id(home), mirrored] = seen
         self._homes, self._drives = list(homes), _drives_of(homes)
         self._val_homes, self._val_drives = list(held_out), _drives_of(held_out)
 
@@ -129,9 +136,11 @@ class ImitationTask:
     def _logits(self, model: nn.Module, batch: SequenceBatch) -> Tensor:
         assert isinstance(model, ImageGoalNetwork)
         steps, drives = batch.action.shape
-        goal = model.trunk.encode(batch.goal)
-        sensed = {"image": batch.image.flatten(0, 1), "sensors": batch.sensors.flatten(0, 1)}
-        hidden = model.trunk(sensed, goal.repeat(steps, 1, 1)).unflatten(0, (steps, drives))
+        sensed = {name: value.flatten(0, 1) for name, value in batch.sensed.items()}
+        goal = None
+        if batch.goal is not None:
+            goal = model.trunk.encode(batch.goal).repeat(steps, 1, 1)
+        hidden = model.trunk(sensed, goal).unflatten(0, (steps, drives))
         remembered, _ = model.remember(hidden, model.begin(drives))
         out: Tensor = model.actor(remembered).float()
         return out
@@ -144,29 +153,24 @@ class ImitationTask:
         *,
         mirror: bool,
     ) -> SequenceBatch:
-        parts = [self._part(homes[home], first, end, rng) for home, first, end in drives.tolist()]
+        parts = [
+            self._part(homes[home], first, end, rng, mirror)
+            for home, first, end in drives.tolist()
+        ]
         longest = max(len(part["action"]) for part in parts)
         joined = {
-            name: np.stack([_padded(part[name], longest) for part in parts], axis=1)
-            for name in ("image", "sensors", "action", "weight")
+            name: torch.from_numpy(np.stack([_padded(part[name], longest) for part in parts], 1))
+            for name in parts[0]
+            if name != "goal"
         }
-        joined["goal"] = np.stack([part["goal"] for part in parts])
-        channels = self.model.config.channels
-        joined["image"], joined["goal"] = (
-            joined["image"][:, :, :channels],
-            joined["goal"][:, :channels],
-        )
-        if mirror:
-            _mirror(joined)
-        return SequenceBatch(
-            **{
-                name: torch.from_numpy(np.ascontiguousarray(value))
-                for name, value in joined.items()
-            }
-        )
+        goal = None
+        if "goal" in parts[0]:
+            goal = torch.from_numpy(np.stack([part["goal"] for part in parts]))
+        action, weight = joined.pop("action"), joined.pop("weight")
+        return SequenceBatch(joined, goal, action, weight)
 
     def _part(
-        self, home: HomeDrives, first: int, end: int, rng: np.random.Generator
+        self, home: HomeDrives, first: int, end: int, rng: np.random.Generator, mirror: bool
     ) -> dict[str, np.ndarray]:
         most = self._config.sequence_steps
         before = int(rng.integers(max(1, end - first - most + 1)))
@@ -174,13 +178,14 @@ class ImitationTask:
         action = home.action[rows].astype(np.int64)
         weight = np.ones(len(action), np.float32)
         weight[1:][action[1:] != action[:-1]] = _CHANGE_WEIGHT
-        return {
-            "image": home.image[rows],
-            "goal": np.asarray(home.goal[home.episode[first]]),
-            "sensors": home.sensors[rows],
-            "action": action,
-            "weight": weight,
-        }
+        part = {"sensors": home.sensors[rows], "action": action, "weight": weight}
+        if self.model.sight is not None:
+            part["seen"] = self._seen[id(home), mirror][rows]
+        else:
+            channels = self.model.config.channels
+            part["image"] = home.image[rows][:, :channels]
+            part["goal"] = np.asarray(home.goal[home.episode[first]])[:channels]
+        return _mirrored(part) if mirror else part
 
 
 def _drives_of(homes: Sequence[HomeDrives]) -> np.ndarray:
@@ -199,11 +204,12 @@ def _padded(values: np.ndarray, length: int) -> np.ndarray:
     return out
 
 
-def _mirror(batch: dict[str, np.ndarray]) -> None:
-    """Swap left and right."""
-    for name in ("image", "goal"):
-        batch[name] = np.roll(batch[name][..., ::-1], _MIRROR_SHIFT, axis=-1)
-    swapped = np.arange(batch["sensors"].shape[-1])
+def _mirrored(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Left and right swapped, but for what is `seen`, which was mirrored before it was seen."""
+    swapped = np.arange(part["sensors"].shape[-1])
     swapped[[Action.LEFT, Action.RIGHT]] = Action.RIGHT, Action.LEFT
-    batch["sensors"] = batch["sensors"][..., swapped]
-    batch["action"] = swapped[batch["action"]]
+    out = part | {"sensors": part["sensors"][:, swapped], "action": swapped[part["action"]]}
+    for name in ("image", "goal"):
+        if name in part:
+            out[name] = mirrored_pictures(part[name])
+    return out

@@ -18,12 +18,15 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger, configure
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.utils import set_random_seed
+from stable_baselines3.common.vec_env import VecEnv
 from torch import Tensor
 
 import toponav
 from toponav.core.imagenav import Action
 from toponav.models.baselines.image_goal import ImageGoalNetwork, ImageGoalTrunk
 from toponav.models.baselines.image_goal_presets import ImageGoalConfig
+from toponav.models.baselines.image_goal_sight import Sight
+from toponav.models.baselines.image_goal_weights import digest_of_weights, open_eyes
 from toponav.models.checkpoints import save_checkpoint
 from toponav.training.curves import write_metrics
 from toponav.training.image_goals.closed_loop import ClosedLoop
@@ -31,6 +34,7 @@ from toponav.training.image_goals.homes import HomeShelf
 from toponav.training.image_goals.reinforcement_config import ReinforcementConfig
 from toponav.training.image_goals.robot_processes import RobotProcesses
 from toponav.training.image_goals.rollouts import RolloutSettings
+from toponav.training.image_goals.seeing_robots import SeeingRobots
 from toponav.training.loop import Report, TrainingResult
 from toponav.training.recipes import run_metadata
 from toponav.training.state import Progress, restore_state, save_state
@@ -63,6 +67,7 @@ def train_reinforcement(
     out: Path,
     *,
     homes: Path | None = None,
+    eyes: str | Path = "nts",
     report: Report | None = None,
     shelf: HomeShelf | None = None,
 ) -> TrainingResult:
@@ -78,6 +83,7 @@ def train_reinforcement(
         config: How to train.
         out: Folder for the weights.
         homes: Where homes are kept between runs.
+        eyes: Weights of Neural Topological SLAM that a compact policy sees with.
         report: Told about progress.
         shelf: Other buildings than homes-train; simulated in this process.
 
@@ -89,19 +95,24 @@ def train_reinforcement(
         homes=config.homes, near_m=config.near_m, max_steps=config.max_steps, folder=homes
     )
     workers = config.workers if shelf is None else 0
+    sight = open_eyes(ImageGoalNetwork(sizes), eyes).sight
     robots = RobotProcesses(
         sizes, drawn, config.robots, workers, config.seed, config.reward_scale, shelf
     )
     try:
-        return _Run(sizes, preset, config, drawn, robots, out, report).run()
+        return _Run(sizes, preset, config, drawn, robots, sight, out, report).run()
     finally:
         robots.close()
 
 
-def network_of(model: PPO | RecurrentPPO, config: ImageGoalConfig) -> ImageGoalNetwork:
-    """The policy without what only training needs."""
+def network_of(
+    model: PPO | RecurrentPPO, config: ImageGoalConfig, sight: Sight | None = None
+) -> ImageGoalNetwork:
+    """The policy and its eyes, without what only training needs."""
     policy: Any = model.policy
     network = ImageGoalNetwork(config)
+    if network.sight is not None and sight is not None:
+        network.sight.load_state_dict(sight.state_dict())
     network.trunk.load_state_dict(policy.features_extractor.trunk.state_dict())
     if network.memory is not None:
         network.memory.load_state_dict(policy.lstm_actor.state_dict())
@@ -119,6 +130,7 @@ def _learned(model: PPO | RecurrentPPO) -> torch.nn.ModuleDict:
     }
     if isinstance(model, RecurrentPPO):
         parts["memory"] = policy.lstm_actor
+        parts["critic_in"] = policy.critic
     return torch.nn.ModuleDict(parts)
 
 
@@ -132,16 +144,18 @@ class _Run:
         config: ReinforcementConfig,
         settings: RolloutSettings,
         robots: RobotProcesses,
+        sight: Sight | None,
         out: Path,
         report: Report | None,
     ) -> None:
         self.sizes, self.preset, self.config = sizes, preset, config
-        self.robots, self.out, self.report = robots, out, report
+        self.robots, self.sight, self.out, self.report = robots, sight, out, report
         self.directory = out / sizes.name
         self.directory.mkdir(parents=True, exist_ok=True)
-        self.model = _model(sizes, config, robots)
+        seeing = robots if sight is None else SeeingRobots(robots, sizes, sight, config.precision)
+        self.model = _model(sizes, config, seeing)
         self.model.set_logger(_logger(self.directory))
-        fingerprint = _fingerprint(sizes, config, settings)
+        fingerprint = _fingerprint(sizes, config, settings, sight)
         self.learned = _learned(self.model)
         self.optimizer = self.model.policy.optimizer
         found = restore_state(
@@ -192,7 +206,7 @@ class _Run:
         record["frames_per_second"] = round(config.segment_frames / simulated_s, 1)
         is_last = progress.step >= config.frames
         if progress.epoch % config.validate_every == 0 or is_last:
-            measured = self.closed_loop.measure(network_of(model, self.sizes))
+            measured = self.closed_loop.measure(network_of(model, self.sizes, self.sight))
             record |= {f"val_{name}": value for name, value in measured.items()}
         progress.history.append(record)
         progress.elapsed_s += time.monotonic() - began
@@ -211,7 +225,7 @@ class _Run:
             "hours": round(self.progress.elapsed_s / 3600, 3),
             **run_metadata(self.preset, self.progress.fingerprint, ()),
         }
-        network = network_of(self.model, self.sizes)
+        network = network_of(self.model, self.sizes, self.sight)
         save_checkpoint(network, self.out / f"{self.sizes.name}.safetensors", about)
 
     def _log(self, record: Mapping[str, int | float]) -> None:
@@ -269,7 +283,7 @@ class _Watch(BaseCallback):
 
 
 def _model(
-    sizes: ImageGoalConfig, config: ReinforcementConfig, robots: RobotProcesses
+    sizes: ImageGoalConfig, config: ReinforcementConfig, robots: VecEnv
 ) -> PPO | RecurrentPPO:
     set_random_seed(config.seed)
     shared: dict[str, Any] = {
@@ -295,7 +309,9 @@ def _model(
     if sizes.memory == "lstm":
         shared |= {
             "lstm_hidden_size": sizes.memory_size,
-            "shared_lstm": True,
+            # A critic on the actor's memory would not be allowed to change it; this one, without
+            # memory, teaches the trunk too.
+            "shared_lstm": False,
             "enable_critic_lstm": False,
         }
         model = RecurrentPPO("MultiInputLstmPolicy", robots, policy_kwargs=shared, **settings)
@@ -314,7 +330,10 @@ def _logger(directory: Path) -> Logger:
 
 
 def _fingerprint(
-    sizes: ImageGoalConfig, config: ReinforcementConfig, settings: RolloutSettings
+    sizes: ImageGoalConfig,
+    config: ReinforcementConfig,
+    settings: RolloutSettings,
+    sight: Sight | None,
 ) -> str:
     """Digest of all that decides the result but the clock, the number of frames and processes."""
     kept = asdict(config)
@@ -326,6 +345,7 @@ def _fingerprint(
         "config": kept,
         "network": asdict(sizes),
         "settings": drawn,
+        "eyes": digest_of_weights(sight) if sight is not None else None,
         "toponav": toponav.__version__,
         "torch": torch.__version__,
     }

@@ -1,7 +1,7 @@
 """How to train the policies that learn from reward."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 from toponav.core.errors import InputError
 from toponav.models.baselines.image_goal_presets import ImageGoalPresetName
@@ -22,14 +22,14 @@ class ReinforcementConfig:
     """Steps of the simulation to learn from; the paper's are 25 million."""
     robots: int = 16
     """Robots that are simulated at a time."""
-    steps: int = 128
+    steps: int = 64
     """Steps of each robot between two updates of the policy."""
-    rollouts_a_segment: int = 8
+    rollouts_a_segment: int = 16
     """Rollouts between two checkpoints."""
-    batch_size: int = 512
-    epochs: int = 3
+    batch_size: int = 256
+    epochs: int = 6
     """How often each frame is learned from."""
-    learning_rate: float = 5e-4
+    learning_rate: float = 7e-4
     discount: float = 0.99
     trace: float = 0.95
     """Lambda of the generalized advantage."""
@@ -41,8 +41,10 @@ class ReinforcementConfig:
     """How little a new policy likes to stop: at random it would stop after four steps."""
     homes: int = 68
     """Homes of homes-train to run in."""
-    near_m: float = 1.0
-    """Shortest paths of training episodes are at least so long."""
+    near_m: float = 0.3
+    """Shortest paths of training episodes are at least so long. Where a robot begins at its goal,
+    less than a metre from it, it learns early what a goal looks like: elsewhere nineteen of twenty
+    stops at random are wrong, and what is learned first is to stop at once."""
     far_m: float = 10.0
     """And in the end shorter than this."""
     first_far_m: float = 2.5
@@ -56,8 +58,10 @@ class ReinforcementConfig:
     validate_every: int = 4
     """Segments between two such measurements."""
     seed: int = 0
+    precision: Literal["float32", "bfloat16"] = "float32"
+    """Number format in which pictures are looked at; policies are updated in float32."""
     threads: int = 1
-    """CPU threads of the policy's updates."""
+    """CPU threads of looking and of the policy's updates."""
     workers: int = 2
     """Processes that simulate; 0 simulates in the learner's own. Results do not depend on it."""
     max_minutes: float | None = None
@@ -116,7 +120,10 @@ def reinforcement_config(preset: ImageGoalPresetName) -> ReinforcementConfig:
         return ReinforcementConfig(
             frames=25_000_000,
             robots=32,
+            steps=128,
             rollouts_a_segment=4,
+            batch_size=512,
+            epochs=3,
             learning_rate=2.5e-4,
             near_m=1.5,
             first_far_m=10.0,
