@@ -137,3 +137,25 @@ def test_an_unknown_suite_names_the_nearest() -> None:
 def test_buildings_hold_more_than_offices(offices: list[Scene]) -> None:
     kinds = {room.kind for scene in offices for room in scene.rooms}
     assert {RoomKind.OFFICE, RoomKind.HALLWAY, RoomKind.CONFERENCE_ROOM} <= kinds
+
+
+def test_partitions_divide_rooms_and_leave_every_room_reachable():
+    plain, divided = generate_office(24), generate_office(24, partitions=1.0)
+    assert not unreachable_rooms(divided)
+    assert divided.name != plain.name
+    assert chambers_m2(divided) < 0.8 * chambers_m2(plain)
+
+
+def chambers_m2(scene: Scene) -> float:
+    """Mean area of what walls, with their gaps narrower than a metre closed, divide rooms into."""
+    gap = round(0.5 / scene.grid.resolution_m)
+    walls = np.isin(scene.semantics, (SemanticClass.WALL,))
+    clear = ndimage.distance_transform_edt(~walls) > gap
+    regions, count = ndimage.label(clear & (scene.room_index >= 0))
+    areas = ndimage.sum_labels(clear, regions, range(1, count + 1))
+    return float(np.mean(areas[areas > 100]) * scene.grid.resolution_m**2)
+
+
+def test_share_of_partitioned_rooms_outside_0_to_1_is_refused():
+    with pytest.raises(InputError, match="partitions"):
+        generate_office(0, partitions=1.5)

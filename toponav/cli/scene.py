@@ -40,6 +40,7 @@ def generate_office(
     out: Path,
     seed: int = 0,
     size: Literal["any", "small", "medium", "large"] = "any",
+    partitions: float = 0.0,
     as_json: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> int:
     """Generate an office floor: corridors, rooms, doors and furniture.
@@ -52,6 +53,7 @@ def generate_office(
         out: Folder to write the scene to.
         seed: Which building.
         size: How large; `any` lets the seed choose.
+        partitions: Share of the rooms that walls with gaps divide into chambers.
         as_json: Print what was made as JSON.
     """
     from toponav.worlds.generate.office import generate_office as generate
@@ -60,7 +62,7 @@ def generate_office(
     if seed < 0:
         raise InputError(f"seed must not be negative, got {seed}", where="--seed", remedy="use 0")
     check_out_folder(out)
-    scene = generate(seed, size=None if size == "any" else size)
+    scene = generate(seed, size=None if size == "any" else size, partitions=partitions)
     save_scene(scene, out)
     return _report(scene, out, as_json)
 

@@ -18,6 +18,7 @@ from toponav.worlds.generate._furnish import (
     passable,
     room_heart,
 )
+from toponav.worlds.generate._partitions import partition_room
 from toponav.worlds.generate._rooms import PlacedRoom, place_rooms
 from toponav.worlds.generate._skeleton import CELL_M, Skeleton, draw_skeleton
 from toponav.worlds.generate._walls import Shell, door_boxes, hall_floor, raise_walls
@@ -36,7 +37,7 @@ _FEWEST_ROOMS, _MOST_ROOMS = 8, 40
 _ROBOT_RADIUS_M = 0.24
 
 
-def generate_office(seed: int, size: str | None = None) -> Scene:
+def generate_office(seed: int, size: str | None = None, *, partitions: float = 0.0) -> Scene:
     """An office floor: hallways, rooms, doors, furniture, clutter and its hallway layout.
 
     Every room can be reached from every other by a robot 0.36 m wide.
@@ -44,9 +45,12 @@ def generate_office(seed: int, size: str | None = None) -> Scene:
     Args:
         seed: Any number from 0; the same seed makes the same building, byte for byte.
         size: An `OfficeSize`: up to 16, 28 or 40 rooms; drawn from the seed where None.
+        partitions: Share of the rooms that walls with gaps divide into chambers, as in
+            washrooms and old offices. The suites have none.
 
     Raises:
-        InputError: When the seed is negative or the size has no such name.
+        InputError: When the seed is negative, the size has no such name, or the share is not
+            within 0 to 1.
 
     Example:
         >>> scene = generate_office(3, size="small")
@@ -65,16 +69,22 @@ def generate_office(seed: int, size: str | None = None) -> Scene:
             where="office generator",
             remedy=did_you_mean(size, get_args(OfficeSize)),
         )
+    if not 0.0 <= partitions <= 1.0:
+        raise InputError(
+            f"partitions must be a share from 0 to 1, got {partitions}",
+            where="office generator",
+            remedy="give a number such as 0.5",
+        )
     for attempt in range(40):
         rng = np.random.default_rng([seed, attempt])
         chosen = size or str(rng.choice(get_args(OfficeSize), p=[0.3, 0.45, 0.25]))
-        scene = _attempt(rng, seed, chosen)
+        scene = _attempt(rng, seed, chosen, partitions)
         if scene is not None:
             return scene
     raise AssertionError(f"no office came of seed {seed}")
 
 
-def _attempt(rng: np.random.Generator, seed: int, size: str) -> Scene | None:
+def _attempt(rng: np.random.Generator, seed: int, size: str, partitions: float) -> Scene | None:
     """One building, or None where too few rooms fitted or one cannot be reached."""
     skeleton = draw_skeleton(rng, size)
     shape = _shift_inside(skeleton)
@@ -88,10 +98,11 @@ def _attempt(rng: np.random.Generator, seed: int, size: str) -> Scene | None:
     shell = raise_walls(rng, skeleton, rooms, keep)
     ceiling_m = round(float(rng.uniform(2.5, 3.2)), 2)
     canvas = Canvas.over(shell.wall, ceiling_m, keep)
-    leaves = _furnish(rng, canvas, skeleton, rooms, hearts, shell)
+    leaves = _furnish(rng, canvas, skeleton, rooms, hearts, shell, partitions)
     if leaves is None:
         return None
-    return _scene(seed, skeleton, rooms, shell, canvas, leaves, ceiling_m)
+    name = f"office-{seed}" + (f"-partitioned-{partitions:g}" if partitions else "")
+    return _scene(name, seed, skeleton, rooms, shell, canvas, leaves, ceiling_m)
 
 
 def _shift_inside(skeleton: Skeleton) -> tuple[int, int]:
@@ -131,6 +142,7 @@ def _furnish(
     rooms: list[PlacedRoom],
     hearts: list[tuple[int, int]],
     shell: Shell,
+    partitions: float,
 ) -> dict[str, float | None] | None:
     """How far each room's door stands open; None where a room cannot be reached."""
     leaves = {room.name: hang_door(rng, canvas, skeleton, room) for room in rooms}
@@ -138,6 +150,8 @@ def _furnish(
         opening, _recess = door_boxes(skeleton, room)
         within = shell.room_index == number
         within[opening] = False
+        if partitions and rng.random() < partitions:
+            partition_room(rng, canvas, room, within)
         furnish_room(rng, canvas, room.kind, room.box, within)
     halls = shell.room_index >= len(rooms)
     furnish_hallways(rng, canvas, skeleton, halls)
@@ -180,6 +194,7 @@ def _label_near(labels: np.ndarray, row: int, col: int) -> int:
 
 
 def _scene(
+    name: str,
     seed: int,
     skeleton: Skeleton,
     rooms: list[PlacedRoom],
@@ -205,7 +220,7 @@ def _scene(
         for room, doorway in zip(rooms, layout.doorways, strict=True)
     ]
     return scene_from_heights(
-        f"office-{seed}",
+        name,
         grid,
         canvas.heights_m[window],
         ceiling_m=ceiling_m,
