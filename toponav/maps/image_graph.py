@@ -77,6 +77,8 @@ class GhostNode:
         score: How fast the goal may be reached that way, 0..1, where scored.
         bearing_rad: Where in its direction it lies, from the node's heading; the middle where
             nothing is known.
+        unseen_m2: Floor behind it that was not searched, where it is an edge of the searched
+            floor; None where it is a direction that the network calls explorable.
     """
 
     node: int
@@ -84,6 +86,7 @@ class GhostNode:
     distance_m: float = NODE_RADIUS_M
     score: float | None = None
     bearing_rad: float | None = None
+    unseen_m2: float | None = None
 
 
 @dataclass(eq=False)
@@ -240,6 +243,7 @@ class ImageGraph:
                     "distance_m": ghost.distance_m,
                     "score": ghost.score,
                     "bearing_rad": ghost.bearing_rad,
+                    "unseen_m2": ghost.unseen_m2,
                 }
                 for ghost in self.ghosts
             ],
@@ -309,6 +313,7 @@ def _read_parts(graph: ImageGraph, document: dict[str, object], folder: Path) ->
         graph.add_edge(source, target, _pose(record["relative"]))
     for record in ghosts:
         score, bearing_rad = record["score"], record.get("bearing_rad")
+        unseen_m2 = record.get("unseen_m2")
         graph.ghosts.append(
             GhostNode(
                 _number(record["node"], len(nodes)),
@@ -316,6 +321,7 @@ def _read_parts(graph: ImageGraph, document: dict[str, object], folder: Path) ->
                 float(record["distance_m"]),
                 None if score is None else float(score),
                 None if bearing_rad is None else wrap_angle(float(bearing_rad)),
+                None if unseen_m2 is None else float(unseen_m2),
             )
         )
 

@@ -16,6 +16,7 @@ from toponav.maps.spec import MapFrame, Node, TopologicalMap, edge_along
 from toponav.maps.suggest_behaviors import suggest_behaviors
 from toponav.models.nts.network import NTSNetwork
 from toponav.navigation.nts.agent import NTSAgent, NTSAgentConfig
+from toponav.navigation.nts.exploration import ExplorationConfig
 from toponav.navigation.nts.global_policy import GlobalPolicyConfig
 from toponav.navigation.nts.goal_finder import FinderConfig
 from toponav.navigation.nts.local_map import MapConfig
@@ -148,6 +149,8 @@ def _explorer(scene: Scene, network: NTSNetwork, seed: int) -> NTSAgent:
     config = NTSAgentConfig(
         finder=FinderConfig(found=_NEVER),
         ghosts=GlobalPolicyConfig(score_trust=0.0),
+        # A map needs all that can be seen, not only what a goal would be found from.
+        exploration=ExplorationConfig(search=None),
         local=LocalPolicyConfig(map=MapConfig(side_m=max(side_m, MapConfig().side_m))),
     )
     return NTSAgent(network, config, seed=seed)

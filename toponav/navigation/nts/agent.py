@@ -1,6 +1,5 @@
 """The agent of Neural Topological SLAM, and its two ablations."""
 
-import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -8,7 +7,6 @@ import numpy as np
 
 from toponav.core.geometry import Pose2
 from toponav.core.imagenav import (
-    DIRECTIONS,
     NODE_RADIUS_M,
     Action,
     BeliefEdge,
@@ -17,11 +15,11 @@ from toponav.core.imagenav import (
     ImageGoal,
     ImageNavBelief,
     PanoramaObservation,
-    direction_of_bin,
 )
-from toponav.maps.image_graph import GhostNode, ImageGraph
+from toponav.maps.image_graph import ImageGraph
 from toponav.models.checkpoints import load_nts
 from toponav.models.nts.network import NTSNetwork
+from toponav.navigation.nts.exploration import Exploration, ExplorationConfig, exploration_of
 from toponav.navigation.nts.global_policy import GlobalPolicy, GlobalPolicyConfig
 from toponav.navigation.nts.goal_finder import FinderConfig, GoalFinder
 from toponav.navigation.nts.graph_update import GraphUpdate, GraphUpdateConfig
@@ -47,15 +45,13 @@ class NTSAgentConfig:
     """When the goal counts as found; by the network's modality when left out."""
     graph: GraphUpdateConfig = field(default_factory=GraphUpdateConfig)
     ghosts: GlobalPolicyConfig = field(default_factory=GlobalPolicyConfig)
+    exploration: ExplorationConfig | None = None
+    """How ghosts are explored; by the network's modality when left out."""
     local: LocalPolicyConfig = field(default_factory=LocalPolicyConfig)
     approach_steps: int = 70
     """The goal's place is given up when it was not reached in so many steps."""
     sure_m: float = 0.35
     """So near, what stands between the robot and the goal does not matter."""
-    stalled_steps: int = 30
-    """A ghost to which the way did not become shorter in so many steps is given up."""
-    greedy_steps: int = 8
-    """Without a graph, the direction is chosen anew in so many steps."""
 
 
 class NTSAgent:
@@ -128,7 +124,6 @@ class NTSAgent:
         self._mode, self._why, self._subgoal = "explore", "", None
         self._finder = None
         self._approach = 0
-        self._given_up: list[tuple[float, float]] = []
         wants_depth = self.perception.depth
         fault = fault_of(goal.rgb, goal.depth_m, wants_depth=wants_depth)
         if fault:
@@ -136,12 +131,9 @@ class NTSAgent:
             return
         seen = self.perception.see(goal.rgb, goal.depth_m)
         self._finder = GoalFinder(self.perception, seen, self.config.finder)
-        for ghost in self.graph.ghosts:
-            ghost.score = None
-        ghosts = GlobalPolicyConfig(
-            **{**vars(self.config.ghosts), "use_score": self.config.use_score}
-        )
-        self._policy = GlobalPolicy(self.perception, seen, ghosts, self._rng)
+        ghosts = replace(self.config.ghosts, use_score=self.config.use_score)
+        policy = GlobalPolicy(self.perception, seen, ghosts, self._rng)
+        self._exploration.begin(policy, self._finder)
         if keep_map and self.config.use_graph:
             self._look_back()
 
@@ -160,9 +152,9 @@ class NTSAgent:
         self._view = view
         self._local.observe(observation, pose, None if self.perception.depth else view.obstacle_m)
         is_new = self._update.update(view, observation.rgb, pose, self._step)
-        if is_new:
-            self._policy.score_ghosts(self.graph, self._update.views)
         self._update.remove_explored(pose)
+        if self.config.use_graph:
+            self._exploration.look(view, pose, self._step, is_new=is_new)
         finder.look(view, pose, self._step)
         if finder.has_arrived and self._is_there(pose):
             self._mode, self._why = "stop", "the goal's picture looks like this place"
@@ -217,15 +209,12 @@ class NTSAgent:
         self._step = -1
         self._approach = 0
         self._mode, self._why = "explore", ""
-        self._greedy: tuple[int, Pose2] | None = None
-        self._edge: tuple[int, Pose2] | None = None
-        self._given_up = []
-        self._progress: tuple[GhostNode, float, int] | None = None
+        explored = self.config.exploration or exploration_of(self.perception.depth)
+        self._exploration = Exploration(explored, self._update, self._local, self._rng)
 
     def _look_back(self) -> None:
         """Localizes a new goal in the map that is there already."""
         assert self._finder is not None
-        self._policy.score_ghosts(self.graph, self._update.views)
         for node, view in zip(self.graph.nodes, self._update.views, strict=True):
             self._finder.consider(view, node.pose)
 
@@ -251,84 +240,16 @@ class NTSAgent:
         return self._drive(self._where_to_explore(pose))
 
     def _where_to_explore(self, pose: Pose2) -> Pose2:
-        if not self.config.use_graph:
-            return self._greedy_direction(pose)
-        for _ in range(4):
-            ghost = self._policy.choose(self.graph, self._update.node, pose)
-            if ghost is None:
-                break
-            place = self.graph.pose_of_ghost(ghost)
-            if self._is_stalled(ghost, place):
-                self._policy.drop(self.graph)
-                continue
-            if self._local.can_reach((place.x_m, place.y_m)):
-                return place
-            if self._update.node != ghost.node:
-                return self._policy.subgoal(self.graph, self._update.node, ghost, pose)
-            self._policy.drop(self.graph)
-        return self._frontier(pose)
-
-    def _is_stalled(self, ghost: GhostNode, place: Pose2) -> bool:
-        """Whether the way to a ghost has not become shorter for a while."""
-        left_m = self._local.distance_m((place.x_m, place.y_m))
-        before = self._progress
-        if before is None or before[0] is not ghost or left_m < before[1] - 0.2:
-            self._progress = before = (ghost, left_m, self._step)
-        return self._step - before[2] > self.config.stalled_steps
-
-    def _frontier(self, pose: Pose2) -> Pose2:
-        """Where what is known ends, when no ghost is left; kept until it is reached."""
-        if self._edge is not None:
-            until, place = self._edge
-            is_open = self._local.is_edge((place.x_m, place.y_m))
-            if is_open and self._step < until and pose.distance_to(place) > 0.5:
-                return place
-            if is_open:
-                # What still is an edge from near by cannot be reached.
-                self._given_up.append((place.x_m, place.y_m))
-            self._edge = None
-        frontier = self._local.frontier(self._given_up)
-        if frontier is None:
-            return self._guess() or self._wander(pose)
-        place = Pose2(*frontier, 0.0)
-        self._edge = (self._step + 30, place)
-        return place
-
-    def _guess(self) -> Pose2 | None:
-        """Where the goal may be after all: a place that was too doubtful so far."""
-        finder = self._finder
-        return finder.place if finder is not None and finder.take_best_guess() else None
-
-    def _greedy_direction(self, pose: Pose2) -> Pose2:
-        """Straight into the direction with the best score, with no memory but that."""
+        if self.config.use_graph:
+            place = self._exploration.where(pose, self._step)
+            self._mode = "wander" if self._exploration.is_wandering else "explore"
+            return place
         view, finder = self._view, self._finder
         assert view is not None
         assert finder is not None
-        if self._greedy is not None:
-            until, place = self._greedy
-            if self._step < until and pose.distance_to(place) > 0.5:
-                return place
         score = self.perception.compare([view], finder.goal).score[0]
-        open_to = view.explorable > self.config.graph.explorable
-        chances = np.where(open_to, score, score * 0.05) if open_to.any() else score
-        away = direction_of_bin(int(chances.argmax()))
-        x_m, y_m = NODE_RADIUS_M * math.cos(away), NODE_RADIUS_M * math.sin(away)
-        place = pose.compose(Pose2(x_m, y_m, away))
-        self._greedy = (self._step + self.config.greedy_steps, place)
-        return place
-
-    def _wander(self, pose: Pose2) -> Pose2:
-        """Nothing is left to explore: go through the map again."""
-        self._mode = "wander"
-        if self._greedy is None or self._step >= self._greedy[0]:
-            if self.graph.nodes and self._rng.random() < 0.7:
-                number = int(self._rng.integers(len(self.graph.nodes)))
-                place = self.graph.nodes[number].pose
-            else:
-                away = direction_of_bin(int(self._rng.integers(DIRECTIONS)))
-                place = pose.compose(Pose2(2 * math.cos(away), 2 * math.sin(away), 0.0))
-            self._greedy = (self._step + 40, place)
-        return self._greedy[1]
+        least = self.config.graph.explorable
+        return self._exploration.greedy(view, score, least, pose, self._step)
 
     def _drive(self, place: Pose2) -> Action:
         self._subgoal = place
@@ -338,7 +259,7 @@ class NTSAgent:
         """The cameras are dead: feel the way on the map that is there."""
         pose = self._tracker.update(observation.odometry, None, self._last_action)
         self._local.observe(observation, pose)
-        action = self._drive(self._wander(pose))
+        action = self._drive(self._exploration.wander(pose, self._step))
         self._mode = "recover"
         self._last_action = action
         return action

@@ -1,17 +1,24 @@
 """Global policy: the ghost from which the goal is reached soonest, and the way there."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float32
 
-from toponav.core.geometry import Pose2
+from toponav.core.geometry import Pose2, wrap_angle
+from toponav.core.imagenav import direction_of_bin
 from toponav.maps.image_graph import GhostNode, ImageGraph
 from toponav.navigation.nts.perception import Perception, View
 
 __all__ = ["GlobalPolicy", "GlobalPolicyConfig"]
 
 _SCORE_LENGTH_M = 5.0
+_FARTHEST_M = 60.0
+_LEAST_LEFT_M = 0.5
+_SAME_WAY_RAD = math.radians(40.0)
+DriveLength = Callable[[float, float], float]
 
 
 @dataclass(frozen=True)
@@ -26,6 +33,8 @@ class GlobalPolicyConfig:
     """A ghost that was not reached in so many steps is given up."""
     subgoal_m: float = 0.8
     """Nodes of the path that are so near count as reached."""
+    explorable: float = 0.5
+    """F_G from which on F_S says something about a direction."""
     score_trust: float = 0.8
     """How far differences of predicted ways are believed."""
 
@@ -54,20 +63,32 @@ class GlobalPolicy:
         self._rng = rng
         self._steps = 0
         self._nodes = -1
+        self._by_node: dict[int, Float32[np.ndarray, " directions"]] = {}
 
     def score_ghosts(self, graph: ImageGraph, views: list[View]) -> None:
         """Scores the ghosts that have no score yet; nodes are compared with the goal once."""
-        new = sorted({ghost.node for ghost in graph.ghosts if ghost.score is None})
-        if not new or not self.config.use_score:
+        if not self.config.use_score:
             return
-        found = self._perception.compare([views[number] for number in new], self._goal).score
-        by_node = dict(zip(new, found, strict=True))
-        for ghost in graph.ghosts:
-            if ghost.score is None:
-                ghost.score = float(by_node[ghost.node][ghost.direction])
+        unscored = [ghost for ghost in graph.ghosts if ghost.score is None]
+        new = sorted({ghost.node for ghost in unscored} - self._by_node.keys())
+        if new:
+            found = self._perception.compare([views[number] for number in new], self._goal).score
+            self._by_node.update(zip(new, found, strict=True))
+        for ghost in unscored:
+            ghost.score = self._score_of(ghost, views[ghost.node])
 
-    def choose(self, graph: ImageGraph, node: int | None, pose: Pose2) -> GhostNode | None:
-        """The ghost to explore; None where there is none."""
+    def choose(
+        self, graph: ImageGraph, node: int | None, pose: Pose2, drive_m: DriveLength | None = None
+    ) -> GhostNode | None:
+        """The ghost to explore; None where there is none.
+
+        Args:
+            graph: The map.
+            node: The node that the robot is in.
+            pose: Where it is.
+            drive_m: The drive to a place, infinite where no way is known; by the graph when left
+                out.
+        """
         self._steps += 1
         if self.chosen is not None and self._steps > self.config.patience_steps:
             self.drop(graph)
@@ -83,7 +104,7 @@ class GlobalPolicy:
             # Nothing new was seen: a choice that changes with every step leads nowhere.
             return self.chosen
         self._nodes = len(graph.nodes)
-        costs = self._costs_m(graph, node, pose)
+        costs = self._costs_m(graph, node, pose, drive_m)
         best = int(np.argmin(costs))
         if self.chosen is not None:
             now = next(k for k, ghost in enumerate(graph.ghosts) if ghost is self.chosen)
@@ -111,18 +132,43 @@ class GlobalPolicy:
     def _take(self, ghost: GhostNode) -> None:
         self.chosen, self._steps = ghost, 0
 
-    def _costs_m(self, graph: ImageGraph, node: int | None, pose: Pose2) -> list[float]:
+    def _score_of(self, ghost: GhostNode, view: View) -> float:
+        """F_S into a ghost's direction.
+
+        F_S learned nothing about directions that are not explorable: the nearest one that is
+        stands for an edge of the searched floor, or all of them where none is near.
+        """
+        scores = self._by_node[ghost.node]
+        if ghost.unseen_m2 is None or ghost.bearing_rad is None:
+            return float(scores[ghost.direction])
+        open_to = np.flatnonzero(view.explorable > self.config.explorable)
+        if not len(open_to):
+            return float(scores[ghost.direction])
+        off = [abs(wrap_angle(ghost.bearing_rad - direction_of_bin(int(k)))) for k in open_to]
+        nearest = int(np.argmin(off))
+        if off[nearest] > _SAME_WAY_RAD:
+            return float(scores[open_to].mean())
+        return float(scores[open_to[nearest]])
+
+    def _costs_m(
+        self, graph: ImageGraph, node: int | None, pose: Pose2, drive_m: DriveLength | None
+    ) -> list[float]:
         """Metres that the goal is away through each ghost: the way there, and F_S from there."""
         lengths = graph.distances_m(node)[0] if node is not None else [0.0] * len(graph.nodes)
-        scores = [ghost.score if ghost.score is not None else 0.1 for ghost in graph.ghosts]
         costs = []
-        for ghost, score in zip(graph.ghosts, scores, strict=True):
+        for ghost in graph.ghosts:
             place = graph.pose_of_ghost(ghost)
-            direct_m = pose.distance_to(place)
-            around_m = lengths[ghost.node] + ghost.distance_m
-            if node == ghost.node or not math.isfinite(around_m):
-                around_m = direct_m
-            there_m = max(direct_m, min(around_m, direct_m + 6.0))
+            there_m = math.inf if drive_m is None else drive_m(place.x_m, place.y_m)
+            if not there_m < _FARTHEST_M:
+                direct_m = pose.distance_to(place)
+                around_m = lengths[ghost.node] + ghost.distance_m
+                if node == ghost.node or not math.isfinite(around_m):
+                    around_m = direct_m
+                there_m = max(direct_m, min(around_m, direct_m + 6.0))
+            score = 0.1 if ghost.score is None else ghost.score
             via_m = -_SCORE_LENGTH_M * math.log(min(max(score, 1e-3), 1.0))
-            costs.append(there_m + self.config.score_trust * (via_m - ghost.distance_m))
+            left_m = via_m - ghost.distance_m
+            if ghost.unseen_m2 is not None:
+                left_m = max(left_m, _LEAST_LEFT_M)
+            costs.append(there_m + self.config.score_trust * left_m)
         return costs

@@ -23,6 +23,8 @@ class GraphUpdateConfig:
 
     same_node: float = 0.5
     """F_L from which on the robot is in a node."""
+    radius_m: float = NODE_RADIUS_M
+    """A node ends here, whatever F_L says."""
     explorable: float = 0.5
     """F_G from which on a direction gets a ghost."""
     candidates: int = 4
@@ -83,12 +85,13 @@ class GraphUpdate:
         return True
 
     def remove_explored(self, pose: Pose2) -> None:
-        """Takes away the ghosts that the robot has reached."""
+        """Takes away the ghosts that the robot has reached; edges go when they are searched."""
         reached_m = self.config.reached_m
         self.graph.ghosts[:] = [
             ghost
             for ghost in self.graph.ghosts
-            if pose.distance_to(self.graph.pose_of_ghost(ghost)) >= reached_m
+            if ghost.unseen_m2 is not None
+            or pose.distance_to(self.graph.pose_of_ghost(ghost)) >= reached_m
         ]
 
     def _is_at_ghost(self, pose: Pose2) -> bool:
@@ -108,14 +111,16 @@ class GraphUpdate:
         chance = self.perception.compare([self.views[k] for k in numbers], view).connection
         # Of several that fit, the nearest: both lie in sight.
         for (away_m, number), one in zip(near, chance, strict=True):
-            if one > self.config.same_node and away_m < NODE_RADIUS_M:
+            if one > self.config.same_node and away_m < self.config.radius_m:
                 return number
         return None
 
     def _add_ghosts(self, number: int, view: View) -> None:
         node = self.graph.nodes[number]
         self.graph.ghosts[:] = [
-            ghost for ghost in self.graph.ghosts if not self._leads_to(ghost, node.pose)
+            ghost
+            for ghost in self.graph.ghosts
+            if ghost.unseen_m2 is not None or not self._leads_to(ghost, node.pose)
         ]
         others = [
             self.graph.nodes[other].pose.relative_to(node.pose)

@@ -71,6 +71,11 @@ class LocalMap:
         self.evidence = np.zeros((cells, cells), np.int16)
         self.bumped = np.zeros((cells, cells), np.bool_)
 
+    @property
+    def corner_m(self) -> float:
+        """Both coordinates of the corner of the first cell."""
+        return self._origin_m
+
     def add_depth(self, depth_m: Float32[np.ndarray, "height width"], pose: Pose2) -> None:
         """Adds what a depth panorama, taken at `pose`, shows."""
         height, width = depth_m.shape
@@ -121,6 +126,16 @@ class LocalMap:
         row = math.floor((y_m - self._origin_m) / self.config.cell_m)
         col = math.floor((x_m - self._origin_m) / self.config.cell_m)
         return min(max(row, 0), last), min(max(col, 0), last)
+
+    def is_clear(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+        """Whether nothing known stands on the straight line between two points."""
+        count = 2 + round(math.dist(start, end) / self.config.cell_m)
+        x_m = np.linspace(start[0], end[0], count)
+        y_m = np.linspace(start[1], end[1], count)
+        last = len(self.evidence) - 1
+        at = [(v - self._origin_m) / self.config.cell_m for v in (y_m, x_m)]
+        rows, cols = (np.clip(np.floor(v).astype(int), 0, last) for v in at)
+        return not bool((self.evidence[rows, cols] > 0).any())
 
     def cells_of(self, x_m: float, y_m: float) -> tuple[float, float]:
         """A point in cells: row and column, with what is left of each."""

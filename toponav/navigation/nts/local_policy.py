@@ -132,13 +132,7 @@ class LocalPolicy:
 
     def is_straight(self, target: tuple[float, float]) -> bool:
         """Whether nothing known stands on the straight line to a point."""
-        away_m = math.dist(target, (self._pose.x_m, self._pose.y_m))
-        for part in np.linspace(0.0, 1.0, 2 + round(away_m / self.map.config.cell_m)):
-            x_m = self._pose.x_m + float(part) * (target[0] - self._pose.x_m)
-            y_m = self._pose.y_m + float(part) * (target[1] - self._pose.y_m)
-            if self.map.evidence[self.map.cell_of(x_m, y_m)] > 0:
-                return False
-        return True
+        return self.map.is_clear((self._pose.x_m, self._pose.y_m), target)
 
     def is_edge(self, place: tuple[float, float]) -> bool:
         """Whether there still is something unseen at a place."""
