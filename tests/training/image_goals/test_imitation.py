@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 import torch
 
+from tests.training.image_goals.corridor import corridor
 from toponav.core.errors import InputError
+from toponav.core.geometry import Pose2
 from toponav.core.imagenav import Action
+from toponav.data.nts.shortest_path import ShortestPathAgent
 from toponav.models.baselines.image_goal import ImageGoalNetwork
 from toponav.models.baselines.image_goal_presets import SENSORS, image_goal_preset
 from toponav.models.baselines.image_goal_weights import open_eyes
 from toponav.models.checkpoints import save_checkpoint
+from toponav.sim.imagenav import ImageNavSimulation
 from toponav.training.config import default_config
 from toponav.training.image_goals.demonstrations import (
     DemonstrationConfig,
@@ -19,6 +23,7 @@ from toponav.training.image_goals.demonstrations import (
     collect_demonstrations,
     open_demonstrations,
 )
+from toponav.training.image_goals.homes import camera_of
 from toponav.training.image_goals.imitation_recipe import train_imitation
 from toponav.training.image_goals.imitation_task import ImitationTask, _mirrored
 from toponav.training.image_goals.seen_drives import seen_in
@@ -67,6 +72,16 @@ def test_a_learner_drives_where_the_expert_says_what_to_do(tmp_path: Path) -> No
     done = home.sensors[1:, :4].argmax(1)
     assert (done != home.action[:-1]).any()
     assert not (done == Action.STOP).any()
+
+
+def test_the_expert_finds_out_of_where_no_path_leads() -> None:
+    simulation = ImageNavSimulation(corridor(), camera_of(CONFIG.network), noise=None)
+    expert = ShortestPathAgent()
+    expert.attach_truth(simulation)
+    expert.reset(simulation.reset(Pose2(1.5, 0.7, 0.0), Pose2(6.0, 0.7, 0.0)))
+    assert expert._field is not None
+    expert._field[:, :60] = np.inf
+    assert expert.act(simulation.observe()) == Action.FORWARD
 
 
 def drives(steps: int = 12) -> HomeDrives:

@@ -84,7 +84,14 @@ class ShortestPathAgent:
     def _target(self, pose: Pose2) -> np.ndarray:
         """The farthest point of the path ahead that is near and in line of sight."""
         assert self._field is not None
-        path = self._truth.free_space.path_m(self._field, (pose.x_m, pose.y_m))
+        space = self._truth.free_space
+        if not np.isfinite(self._field[space.nearest_free(pose.x_m, pose.y_m)]):
+            # Another driver left it where the floor plan sees no way out: back to where there is.
+            cells = np.argwhere(np.isfinite(self._field))
+            centers = (cells[:, ::-1] + 0.5) * space.grid.resolution_m + space.grid.origin_m
+            away: np.ndarray = centers[np.hypot(*(centers - pose[:2]).T).argmin()]
+            return away
+        path = space.path_m(self._field, (pose.x_m, pose.y_m))
         near = np.hypot(*(path - np.array(pose[:2])).T) < _AHEAD_M
         last = len(near) if near.all() else int(near.argmin())
         target: np.ndarray = path[max(min(last, len(path) - 1), 0)]

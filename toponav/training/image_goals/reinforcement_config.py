@@ -49,7 +49,7 @@ class ReinforcementConfig:
     """And in the end shorter than this."""
     first_far_m: float = 2.5
     """In the beginning shorter than this."""
-    curriculum_frames: int = 1_000_000
+    curriculum_frames: int = 300_000
     """Frames over which goals come to be as far as in the end."""
     max_steps: int = 200
     """Length of training episodes."""
