@@ -53,6 +53,7 @@ class Run:
 RUNS = {
     "rgbd": Run(("nts_rgbd", "ans_rgbd", "frontier_rgbd", "random"), 28),
     "rgb": Run(("nts_rgb", "ans_rgb"), 28),
+    "learned": Run(("il_rgbd", "target_rl_rgbd", "metric_map_rl_rgbd", "random"), 28),
     "nts": Run(("nts_rgbd", "nts_rgb"), 100),
     "goals": Run(
         ("nts_rgbd", "nts_no_graph_rgbd", "nts_no_score_rgbd"),

@@ -19,9 +19,9 @@ _NEAR, _MIXED = 12, 24
 class Sight(nn.Module):
     """The encoder of panoramas and what compares two of them, as another network learned them.
 
-    Policies are trained on what it says, and do not change it, as Zhu et al. (2017) and Chen et
-    al. (2019) trained theirs on features of ResNets that knew ImageNet. So a frame is looked at
-    once, however often it is learned from.
+    Policies are trained on what it says, and do not change it, as Zhu et al. (2017) trained theirs
+    on features of a ResNet that knew ImageNet. So a frame is looked at once, however often it is
+    learned from.
 
     Args:
         config: Sizes; `config.seen_size` numbers come out.
