@@ -115,6 +115,7 @@ def test_network_that_learned_to_judge_weighs_hypotheses(cache, weights, tmp_pat
     assert 0.0 <= result.metrics["judged_right"] <= 1.0
     again = train_judge(sets, preset, CONFIG, weights, tmp_path, drives=3)
     assert again.metrics == result.metrics
+    assert holds_metric_weights(tmp_path), "with the steering network of before"
     network = load_checkpoint(tmp_path / "pose")
     before = load_metric_weights(weights).pose
     assert network.config == replace(before.config, judges=True)

@@ -68,14 +68,15 @@ def judge(
     Robots are searched for along the first seconds of recorded drives, from all over the room,
     with the network as it is; then it learns which of those hypotheses were near the truth.
     Offices with partitions are what it has most to learn from (`toponav scene generate office
-    --partitions 0.65`). Its folder is what `toponav train best --pose` takes.
+    --partitions 0.65`).
 
     Example: toponav train judge --data runs/cache-best runs/cache-partitions
     --start runs/best --out runs/judge
 
     Args:
         data: Caches written by `toponav data prepare --preset best`.
-        start: Folder of `toponav train best` with the pose network to go on from.
+        start: Folder of `toponav train best` with the pose network to go on from; its steering
+            network is copied beside the new one.
         out: Folder for the network, metrics, hypotheses and the state to resume from.
         drives: Along how many drives of each cache robots are searched for.
         schedule: How long and how fast.

@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -76,6 +77,8 @@ def train_judge(
 ) -> TrainingResult:
     """Teach a trained pose network to judge hypotheses as well; `out/pose.safetensors`.
 
+    The steering network of `start`, where there is one, is copied beside it.
+
     Args:
         sets: Recorded drives.
         preset: Sizes.
@@ -104,6 +107,9 @@ def train_judge(
         key = f"{metadata['from_sha256']} {data_digest(one.data)} {drives} {config.seed}"
         places.append(_places(one, before, out / f"places_{number}.npz", key, drives, told))
     torch.manual_seed(config.seed)
+    for path in start.glob("steering.*"):
+        if path.is_file() and not (out / path.name).exists():
+            shutil.copyfile(path, out / path.name)
     task = PoseTask(_able_to_judge(before, preset), sets, config, places)
     return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
 

@@ -98,7 +98,7 @@ class PoseTask:
         size = self._config.batch_size
         searched = round(size * _PLACES_SHARE) if len(self._place_pool) else 0
         drawn = draw(self._pool, steps * (size - searched), rng)
-        places = draw(self._place_pool, steps * searched, rng)
+        places = draw(self._place_pool, steps * searched, rng) if searched else drawn[:0]
         for step in range(steps):
             one = drawn[step * (size - searched) : (step + 1) * (size - searched)]
             other = places[step * searched : (step + 1) * searched]
@@ -148,7 +148,7 @@ class PoseTask:
 
     def _judge(self, model: PoseNetwork, rng: np.random.Generator) -> dict[str, int | float]:
         """How well hypotheses of the validation buildings are told apart."""
-        pool = draw(self._place_val_pool, len(self._place_val_pool), rng)
+        pool = rng.permutation(self._place_val_pool)
         pool = pool[: self._config.most_validation_samples]
         losses, right, near = [], [], []
         size = self._config.batch_size
