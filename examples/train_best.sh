@@ -25,7 +25,23 @@ threads=${THREADS:-2}
     --any-yaw-fraction 0.05 --episodes-per-building 4 --buildings offices-train
 "$toponav" data prepare "$out/round1" --preset best --out "$out/cache1" --workers "$workers"
 
-# 4. Both again on all drives, and what ships: half precision.
+# 4. Both again on all drives.
 "$toponav" train best --data "$out/cache" "$out/cache1" --out "$out/run" \
     --threads "$threads" --seed 0
-"$toponav" train release "$out/run" --out "$out/best"
+
+# 5. Rooms that walls with gaps divide, and the pose network learns to judge where the robot is not.
+for seed in $(seq 30000 30069); do
+    part="$out/parts/part_$seed"
+    [ -f "$part/map.topo.json" ] && continue
+    "$toponav" scene generate office --seed "$seed" --partitions 0.65 --out "$part"
+    "$toponav" map build "$part" --out "$part/map.topo.json"
+done
+"$toponav" collect graphnav --out "$out/part-drives" --episodes 560 --workers "$workers" \
+    --seed 51 --noise-scale 2 --any-yaw-fraction 0.05 --episodes-per-building 8 \
+    --buildings "$out"/parts/*
+"$toponav" data prepare "$out/part-drives" --preset best --out "$out/part-cache" --workers "$workers"
+"$toponav" train judge --data "$out/cache" "$out/cache1" "$out/part-cache" --start "$out/run" \
+    --out "$out/judge" --threads "$threads" --seed 0
+
+# 6. What ships: half precision.
+"$toponav" train release "$out/judge" --out "$out/best"

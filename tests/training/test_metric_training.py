@@ -1,9 +1,11 @@
 """Training preset best on a tiny dataset: pose network, replayed beliefs, steering network."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from tests.data.small_office import save_building
 from toponav.core.camera import PinholeCamera
@@ -13,13 +15,24 @@ from toponav.data.noise import NoiseConfig
 from toponav.data.prepare import prepare
 from toponav.data.storage import read_trajectory
 from toponav.maps.task import NavigationTask
-from toponav.models.checkpoints import holds_metric_weights, load_metric_weights
+from toponav.models.checkpoints import (
+    holds_metric_weights,
+    load_checkpoint,
+    load_metric_weights,
+)
+from toponav.models.graphnav.metric.map_picture import MAP_CHANNELS
 from toponav.models.graphnav.metric.presets import best_preset
 from toponav.navigation.graphnav.metric_agent import load_metric_agent
 from toponav.training.belief_replay import replay_beliefs
 from toponav.training.config import TrainingConfig
 from toponav.training.metric_data import MetricData
-from toponav.training.metric_recipe import open_metric_data, train_pose, train_steering
+from toponav.training.metric_recipe import (
+    open_metric_data,
+    train_judge,
+    train_pose,
+    train_steering,
+)
+from toponav.training.place_samples import replay_hypotheses
 from toponav.training.pose_task import believed_from, seen_from
 from toponav.training.release import release_weights
 
@@ -93,6 +106,32 @@ def test_trained_weights_are_found_and_released(weights, tmp_path):
     released = release_weights(weights, tmp_path / "released")
     assert released["bytes"] < 10e6
     assert load_metric_weights(tmp_path / "released").pose.config == best_preset().pose
+
+
+def test_network_that_learned_to_judge_weighs_hypotheses(cache, weights, tmp_path):
+    preset = best_preset()
+    sets = open_metric_data([cache], preset)
+    result = train_judge(sets, preset, CONFIG, weights, tmp_path, drives=3)
+    assert 0.0 <= result.metrics["judged_right"] <= 1.0
+    again = train_judge(sets, preset, CONFIG, weights, tmp_path, drives=3)
+    assert again.metrics == result.metrics
+    assert holds_metric_weights(tmp_path), "with the steering network of before"
+    network = load_checkpoint(tmp_path / "pose")
+    before = load_metric_weights(weights).pose
+    assert network.config == replace(before.config, judges=True)
+    picture = torch.zeros((1, MAP_CHANNELS, 64, 64))
+    *_, log_odds = network.judged(torch.from_numpy(sets[0].far[:1]), picture)
+    assert log_odds.shape == (1,)
+
+
+def test_hypotheses_are_noted_near_the_robot_and_elsewhere(cache, weights):
+    one = MetricData(cache, best_preset().pose.local_map)
+    noted = replay_hypotheses(one, load_metric_weights(weights).pose, np.random.default_rng(0))
+    away_m = np.hypot(*(noted.pose[:, :2] - one.data.pose[noted.row, :2]).T)
+    assert len(noted) > 30
+    assert (away_m < 1.0).any()
+    assert (away_m > 1.6).any()
+    assert (noted.bounds_m[:, 0] <= noted.bounds_m[:, 1]).all()
 
 
 def test_agent_in_use_believes_what_the_replay_does(cache, weights):

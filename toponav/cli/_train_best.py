@@ -6,7 +6,7 @@ from toponav.cli._training import AS_PRESET, Schedule, print_results, shown
 from toponav.core.errors import InputError
 from toponav.training.config import default_config
 
-__all__ = ["best"]
+__all__ = ["best", "judge"]
 
 
 def best(
@@ -37,14 +37,7 @@ def best(
     from toponav.models.graphnav.metric.presets import best_preset
     from toponav.training.metric_recipe import open_metric_data, train_pose, train_steering
 
-    for directory in data:
-        if not directory.is_dir():
-            raise InputError(
-                "there is no such folder",
-                where=f"--data {directory}",
-                remedy="record with `toponav collect graphnav`, then run "
-                "`toponav data prepare --preset best`",
-            )
+    _check(data)
     config = schedule.applied(default_config("best", "pose"))
     preset = best_preset()
     sets = open_metric_data(data, preset)
@@ -59,3 +52,58 @@ def best(
             save_checkpoint(network, out / "pose", metadata)
         results.append(train_steering(sets, preset, config, out, report=report))
     return print_results(results, out, json)
+
+
+def judge(
+    *,
+    data: tuple[Path, ...],
+    start: Path,
+    out: Path,
+    drives: int = 500,
+    schedule: Schedule = AS_PRESET,
+    json: bool = False,
+) -> int:
+    """Teach preset `best`'s pose network to tell where the robot is not.
+
+    Robots are searched for along the first seconds of recorded drives, from all over the room,
+    with the network as it is; then it learns which of those hypotheses were near the truth.
+    Offices with partitions are what it has most to learn from (`toponav scene generate office
+    --partitions 0.65`).
+
+    Example: toponav train judge --data runs/cache-best runs/cache-partitions
+    --start runs/best --out runs/judge
+
+    Args:
+        data: Caches written by `toponav data prepare --preset best`.
+        start: Folder of `toponav train best` with the pose network to go on from; its steering
+            network is copied beside the new one.
+        out: Folder for the network, metrics, hypotheses and the state to resume from.
+        drives: Along how many drives of each cache robots are searched for.
+        schedule: How long and how fast.
+        json: Print results as JSON.
+    """
+    from toponav.models.graphnav.metric.presets import best_preset
+    from toponav.training.metric_recipe import open_metric_data, train_judge
+
+    _check(data)
+    if drives < 1:
+        raise InputError(
+            f"drives must be 1 or more, got {drives}", where="--drives", remedy="leave it out"
+        )
+    config = schedule.applied(default_config("best", "judge"))
+    preset = best_preset()
+    sets = open_metric_data(data, preset)
+    with shown(json) as report:
+        result = train_judge(sets, preset, config, start, out, drives=drives, report=report)
+    return print_results([result], out, json)
+
+
+def _check(data: tuple[Path, ...]) -> None:
+    for directory in data:
+        if not directory.is_dir():
+            raise InputError(
+                "there is no such folder",
+                where=f"--data {directory}",
+                remedy="record with `toponav collect graphnav`, then run "
+                "`toponav data prepare --preset best`",
+            )

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import tyro
 
 from toponav.cli._train_baselines import behavrnn, phasenet
-from toponav.cli._train_best import best
+from toponav.cli._train_best import best, judge
 from toponav.cli._train_image_goals import il, metric_rl, target_rl
 from toponav.cli._train_nts import nts
 from toponav.cli._training import AS_PRESET, Schedule, open_training_set, print_results, shown
@@ -27,6 +27,7 @@ def register() -> dict[tuple[str, ...], Callable[..., int]]:
         ("train", "phasenet"): phasenet,
         ("train", "behavrnn"): behavrnn,
         ("train", "best"): best,
+        ("train", "judge"): judge,
         ("train", "nts"): nts,
         ("train", "il"): il,
         ("train", "target_rl"): target_rl,

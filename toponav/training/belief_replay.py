@@ -12,7 +12,6 @@ from toponav.models.graphnav.metric.pages import draw_beliefs
 from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterConfig
 from toponav.models.graphnav.metric.pose_network import PoseNetwork
 from toponav.training.metric_data import MetricData
-from toponav.training.pose_task import start_pose
 from toponav.training.precision import autocast
 
 __all__ = ["ReplayedBeliefs", "replay_beliefs"]
@@ -108,7 +107,7 @@ def _starts(
 
     Drives that begin facing anywhere teach how to turn round, but no robot in use begins so.
     """
-    starts = np.array([start_pose(one, int(number)) for number in page])
+    starts = np.array([one.start_pose(int(number)) for number in page])
     yaw = one.data.pose[one.data.starts[page], 2].astype(np.float64)
     away = yaw - starts[:, 2]
     is_askew = np.abs(np.arctan2(np.sin(away), np.cos(away))) > _ASKEW_RAD

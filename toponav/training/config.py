@@ -8,7 +8,7 @@ from toponav.core.errors import InputError
 __all__ = ["Recipe", "TrainingConfig", "default_config"]
 
 Recipe = Literal[
-    "behaviors", "localization", "phasenet", "behavrnn", "pose", "steering", "nts", "il"
+    "behaviors", "localization", "phasenet", "behavrnn", "pose", "judge", "steering", "nts", "il"
 ]
 
 # Longer than nearly every edge (phasenet, 5 Hz) and nearly every drive (behavrnn).
@@ -134,6 +134,9 @@ def default_config(preset: str, recipe: Recipe) -> TrainingConfig:
             largest_gradient=1.0,
             sequence_steps=steps,
         )
+    if recipe == "judge":
+        config = default_config(preset, "pose")
+        return replace(config, epochs=8, samples_per_epoch=40_000, learning_rate=1.2e-3)
     if recipe in ("pose", "steering"):
         return TrainingConfig(
             epochs=10,

@@ -65,6 +65,13 @@ class MetricData:
             )
         return self._maps[trajectory]
 
+    def start_pose(self, trajectory: int) -> Float64[np.ndarray, " 3"]:
+        """What a robot is told at a trajectory's start: the plan's first node, along its edge."""
+        topological_map = self.data.map_of(trajectory)
+        plan = self.data.plan_of(trajectory)
+        node = topological_map.node(plan.nodes[0])
+        return np.array([node.x_m, node.y_m, topological_map.edge(plan.edges[0]).yaw_rad])
+
     def _views(
         self, directory: Path, is_first: np.ndarray
     ) -> tuple[UInt8[np.ndarray, "frames cells cells"], UInt8[np.ndarray, "frames cells cells"]]:

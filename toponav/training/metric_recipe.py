@@ -2,7 +2,9 @@
 
 import hashlib
 import io
+import shutil
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +22,13 @@ from toponav.training.belief_replay import ReplayedBeliefs, replay_beliefs
 from toponav.training.config import TrainingConfig
 from toponav.training.loop import Report, TrainingResult, train
 from toponav.training.metric_data import MetricData
+from toponav.training.place_samples import PlaceSamples, replay_hypotheses
 from toponav.training.pose_task import PoseTask
 from toponav.training.recipes import data_digest, run_metadata, write_run
 from toponav.training.samples import check_image, split_frames
 from toponav.training.steering_task import SteeringTask
 
-__all__ = ["open_metric_data", "train_pose", "train_steering"]
+__all__ = ["open_metric_data", "train_judge", "train_pose", "train_steering"]
 
 
 def open_metric_data(directories: Sequence[Path], preset: BestPreset) -> list[MetricData]:
@@ -62,6 +65,55 @@ def train_pose(
     return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
 
 
+def train_judge(
+    sets: Sequence[MetricData],
+    preset: BestPreset,
+    config: TrainingConfig,
+    start: Path,
+    out: Path,
+    *,
+    drives: int = 500,
+    report: Report | None = None,
+) -> TrainingResult:
+    """Teach a trained pose network to judge hypotheses as well; `out/pose.safetensors`.
+
+    The steering network of `start`, where there is one, is copied beside it.
+
+    Args:
+        sets: Recorded drives.
+        preset: Sizes.
+        config: How to train.
+        start: Folder with the network to go on from, which also leads the search for robots.
+        out: Folder for the network and its state.
+        drives: How many drives of each set robots are searched for along.
+        report: Told how far it is.
+
+    Raises:
+        InputError: There is no pose network, or the folder holds another run.
+    """
+    path = start / "pose.safetensors"
+    before = _pose_network(path)
+    metadata, digest = _described(sets, preset)
+    metadata["from_sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
+    write_run(out, "pose", config, metadata)
+    torch.set_num_threads(config.threads)
+    places = []
+    for number, one in enumerate(sets):
+
+        def told(done: int, count: int, number: int = number) -> None:
+            if report is not None:
+                report(f"searches {number + 1} of {len(sets)}", done, count, {})
+
+        key = f"{metadata['from_sha256']} {data_digest(one.data)} {drives} {config.seed}"
+        places.append(_places(one, before, out / f"places_{number}.npz", key, drives, told))
+    torch.manual_seed(config.seed)
+    for path in start.glob("steering.*"):
+        if path.is_file() and not (out / path.name).exists():
+            shutil.copyfile(path, out / path.name)
+    task = PoseTask(_able_to_judge(before, preset), sets, config, places)
+    return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
+
+
 def train_steering(
     sets: Sequence[MetricData],
     preset: BestPreset,
@@ -77,13 +129,7 @@ def train_steering(
     """
     metadata, digest = _described(sets, preset)
     pose_path = out / "pose.safetensors"
-    network = load_checkpoint(pose_path)
-    if not isinstance(network, PoseNetwork):
-        raise InputError(
-            f"this is a network for {network.kind}, not for poses",
-            where=str(pose_path),
-            remedy="give `--pose` a folder that `toponav train best` wrote",
-        )
+    network = _pose_network(pose_path)
     pose_sha256 = hashlib.sha256(pose_path.read_bytes()).hexdigest()
     metadata["pose_sha256"] = pose_sha256
     write_run(out, "steering", config, metadata)
@@ -99,6 +145,47 @@ def train_steering(
     torch.manual_seed(config.seed)
     task = SteeringTask(SteeringNetwork(preset.steering), sets, beliefs, config)
     return train(task, config, out, data_hash=digest, metadata=metadata, report=report)
+
+
+def _pose_network(path: Path) -> PoseNetwork:
+    network = load_checkpoint(path)
+    if not isinstance(network, PoseNetwork):
+        raise InputError(
+            f"this is a network for {network.kind}, not for poses",
+            where=str(path),
+            remedy="give `--pose` a folder that `toponav train best` wrote",
+        )
+    return network
+
+
+def _able_to_judge(network: PoseNetwork, preset: BestPreset) -> PoseNetwork:
+    """The same network with an output more."""
+    able = PoseNetwork(replace(preset.pose, judges=True))
+    weights = able.state_dict()
+    for name, value in network.state_dict().items():
+        if name.startswith("output."):
+            weights[name][: len(value)] = value
+        else:
+            weights[name] = value
+    able.load_state_dict(weights)
+    return able
+
+
+def _places(
+    one: MetricData, network: PoseNetwork, path: Path, key: str, drives: int, report: Any
+) -> PlaceSamples:
+    """Read what an earlier run with the same network and data stored, or search."""
+    stamp = path.with_suffix(".key")
+    if not (path.is_file() and stamp.is_file() and stamp.read_text() == key):
+        rng = np.random.default_rng(0)
+        chosen = np.sort(rng.permutation(one.data.trajectories)[:drives])
+        made = replay_hypotheses(one, network, rng, trajectories=chosen, on_progress=report)
+        buffer = io.BytesIO()
+        np.savez(buffer, allow_pickle=False, row=made.row, pose=made.pose, bounds_m=made.bounds_m)
+        write_atomically(path, buffer.getvalue())
+        write_atomically(stamp, key.encode())
+    wanted = {"row": ("<i8", (None,)), "pose": ("<f4", (None, 3)), "bounds_m": ("<f4", (None, 2))}
+    return PlaceSamples(**read_npz(path, wanted, remedy=f"delete {path}"))
 
 
 def _described(sets: Sequence[MetricData], preset: BestPreset) -> tuple[dict[str, Any], str]:

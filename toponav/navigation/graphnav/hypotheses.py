@@ -1,12 +1,13 @@
 """Where a robot may be: several pose filters, weighed by what the pose network makes of each."""
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import torch
-from jaxtyping import Float, Float64, UInt8
+from jaxtyping import Bool, Float, Float64, Int64, UInt8
 
 from toponav.core.errors import InputError
 from toponav.core.vocabulary import NodeKind
@@ -14,12 +15,15 @@ from toponav.maps.task import NavigationTask
 from toponav.models.graphnav.metric.map_picture import MapArrays
 from toponav.models.graphnav.metric.pages import draw_beliefs, pages_of
 from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterConfig
-from toponav.models.graphnav.metric.pose_network import PoseNetwork
+from toponav.models.graphnav.metric.pose_network import NEAR_M, PoseNetwork
 
-__all__ = ["HypothesesConfig", "PoseHypotheses"]
+__all__ = ["AT_DOOR_M", "HypothesesConfig", "PoseHypotheses", "first_door"]
 
+AT_DOOR_M: Final = 0.9
+"""A robot that has come this near to its first room's door leaves the room."""
 _BACK_M: Final = 1.0
 _AHEAD_M: Final = 2.5
+_TRAIL_M: Final = 0.2
 
 
 @dataclass(frozen=True)
@@ -40,10 +44,34 @@ class HypothesesConfig:
     """Two that have come this near to each other are one."""
     same_rad: float = 0.25
     """And whose headings differ by no more than this."""
+    surest: float = 4.0
+    """A judgement of more log-odds than this counts for no more."""
+    doubted: float = 1.5
+    """Begin anew where the judgement of the pose, averaged, is below minus this..."""
+    doubt_m: float = 1.0
+    """...over so many metres driven."""
+    search_m: float = 12.0
+    """Places to begin anew are the first ones, moved as the robot did, as long as it has not
+    driven farther than this; later, places around where it seems to be."""
+    around_m: tuple[float, ...] = (1.3, 2.6)
+    """Radii of the rings around where the robot seems to be."""
+    at_once: int = 8
+    """Of more hypotheses than these, the likeliest and those that waited longest are corrected
+    by a frame; the others wait."""
+    rest_steps: int = 25
+    """After beginning anew, not again for so many steps."""
+    creep_steps: int = 20
+    """A robot that in so many steps..."""
+    creep_m: float = 0.6
+    """...has come no farther than this gets nowhere: perhaps it is elsewhere. It begins anew..."""
+    blamed: float = 1.5
+    """...unless its pose is judged better than this..."""
+    penalty: float = 2.0
+    """...and then believes in that pose less, by so much log-weight."""
 
     def __post_init__(self) -> None:
-        values = (*self.rings_m, *(v for k, v in vars(self).items() if k != "rings_m"))
-        if not all(0.0 < value < 1000.0 for value in values):
+        numbers = [v for v in vars(self).values() if not isinstance(v, tuple)]
+        if not all(0.0 < value < 1000.0 for value in (*self.rings_m, *self.around_m, *numbers)):
             raise InputError(
                 f"every setting must be positive, got {self}",
                 where="HypothesesConfig",
@@ -55,33 +83,59 @@ class PoseHypotheses:
     """A mixture of pose filters: particles that each carry a normal distribution.
 
     The robot is told its room's node and not where in the room it stands: as far as six metres
-    from it, with the door out of sight. The pose network, asked from one hypothesis, says how
-    probable an offset of zero is: that density weighs the hypothesis, as far as the frame is
-    news. Where the door comes into view one hypothesis wins, and what is left is one filter.
+    from it, with the door out of sight. The pose network judges each hypothesis; where the door
+    comes into view one of them wins, and what is left is one filter. Where that one is judged
+    to be elsewhere for a while, the search begins anew, as a particle filter that spreads
+    particles again.
 
     Args:
-        task: Map and plan.
-        network: Says how far off a believed pose is.
+        arrays: Map and plan.
+        task: The same.
+        network: Says how far off a believed pose is, and whether it is near the truth.
         filter_config: Noise of each filter.
         config: Where hypotheses begin and end.
     """
 
     def __init__(
         self,
+        arrays: MapArrays,
         task: NavigationTask,
         network: PoseNetwork,
         filter_config: PoseFilterConfig,
         config: HypothesesConfig | None = None,
     ) -> None:
         self.config = config or HypothesesConfig()
-        self._network = network
-        self._pages = pages_of([MapArrays.of(task.map, task.plan)])
-        starts = _starts(task, self.config)
-        own = {**vars(filter_config), "start_std_m": self.config.start_std_m}
-        self.filters = PoseFilter(starts, PoseFilterConfig(**own))
-        away = np.hypot(*(starts[:, :2] - starts[0, :2]).T)
-        self._log_weight = -0.5 * (away / self.config.prior_m) ** 2
-        self._progress_m = np.zeros(len(starts))
+        self._network, self._arrays = network, arrays
+        self._pages = pages_of([arrays])
+        self._starts = _starts(task, self.config)
+        self._filter_config = PoseFilterConfig(
+            **{**vars(filter_config), "start_std_m": self.config.start_std_m}
+        )
+        self._door, self._door_m = first_door(arrays, task)
+        away = np.hypot(*(self._starts[:, :2] - self._starts[0, :2]).T)
+        self._prior = -0.5 * (away / self.config.prior_m) ** 2
+        self._moved = np.zeros(3)
+        self._driven_m = 0.0
+        self._trail = [(0.0, 0.0)]
+        self._lately: deque[tuple[float, float]] = deque(maxlen=self.config.creep_steps + 1)
+        self._begin(self._starts, self._prior, np.zeros(len(away)))
+        self.restarts = 0
+
+    def _begin(
+        self,
+        poses: Float64[np.ndarray, "poses 3"],
+        log_weight: Float64[np.ndarray, " poses"],
+        progress_m: Float64[np.ndarray, " poses"],
+        inside: Bool[np.ndarray, " poses"] | None = None,
+    ) -> None:
+        self.filters = PoseFilter(poses, self._filter_config)
+        self._log_weight = log_weight - log_weight.max()
+        self._progress_m = progress_m
+        is_in_room = self._door is not None
+        self._inside = np.full(len(poses), is_in_room) if inside is None else inside
+        self._waited = np.zeros(len(poses), np.int64)
+        self._judged = np.zeros(len(poses))
+        self._rest = self.config.rest_steps
 
     def __len__(self) -> int:
         return len(self._log_weight)
@@ -108,9 +162,19 @@ class PoseHypotheses:
         """Metres of the plan behind the likeliest pose."""
         return float(self._progress_m[self.best])
 
+    @property
+    def is_inside(self) -> bool:
+        """Whether the likeliest pose has not come by its first room's door yet."""
+        return bool(self._inside[self.best])
+
     def predict(self, step: Float[np.ndarray, " 3"]) -> None:
         """Move all by a dead-reckoned step: metres forward and left, radians turned."""
         self.filters.predict(np.tile(step, (len(self), 1)))
+        self._moved = _composed(self._moved[None], step)[0]
+        self._driven_m += math.hypot(step[0], step[1])
+        self._lately.append((float(self._moved[0]), float(self._moved[1])))
+        if math.dist(self._trail[-1], self._moved[:2].tolist()) > _TRAIL_M:
+            self._trail.append((float(self._moved[0]), float(self._moved[1])))
 
     @torch.inference_mode()
     def correct(self, view: UInt8[np.ndarray, "forward left"]) -> None:
@@ -120,28 +184,116 @@ class PoseHypotheses:
             view: The local map's far view.
         """
         config = self._network.config.local_map
-        count = len(self)
-        bounds = np.stack([self._progress_m - _BACK_M, self._progress_m + _AHEAD_M], axis=1)
+        due = self._due()
         drawn = draw_beliefs(
             self._pages,
-            np.zeros(count, np.int64),
-            self.filters.pose,
-            bounds,
+            np.zeros(len(due), np.int64),
+            self.filters.pose[due],
+            self.bounds_m[due],
             config.far_cell_m,
             config.view_cells,
         )
-        self._progress_m = drawn.progress_m
-        views = torch.from_numpy(view)[None].expand(count, -1, -1)
-        mean, log_std = self._network(views, torch.from_numpy(drawn.pictures))
+        self._progress_m[due] = drawn.progress_m
+        views = torch.from_numpy(view)[None].expand(len(due), -1, -1)
+        mean, log_std, log_odds = self._network.judged(views, torch.from_numpy(drawn.pictures))
         if not (torch.isfinite(mean).all() and torch.isfinite(log_std).all()):
             return
         offset, std = mean.numpy().astype(np.float64), log_std.exp().numpy().astype(np.float64)
-        if count > 1:
+        news = self.filters.news[due]
+        if log_odds is None:
             doubted = std * self.filters.config.doubt
-            density = -np.log(doubted).sum(1) - 0.5 * ((offset / doubted) ** 2).sum(1)
-            self._log_weight += self.filters.news[:count] * density
-        self.filters.correct(offset, std)
+            judged = -np.log(doubted).sum(1) - 0.5 * ((offset / doubted) ** 2).sum(1)
+        else:
+            surest = self.config.surest
+            judged = np.nan_to_num(log_odds.numpy().astype(np.float64)).clip(-surest, surest)
+        if len(self) > 1:
+            self._log_weight[due] += news * judged
+        self.filters.correct_some(due, offset, std)
+        if log_odds is not None:
+            share = np.minimum(1.0, self.filters.config.news_m * news / self.config.doubt_m)
+            self._judged[due] += share * (judged - self._judged[due])
+        self._leave_rooms()
         self._thin_out()
+        self._rest = max(0, self._rest - 1)
+        if not self._rest and self._network.config.judges:
+            judged = self._judged[self.best]
+            if judged < -self.config.doubted:
+                self.begin_anew()
+            elif judged < self.config.blamed and self._creeps():
+                self.begin_anew(self.config.penalty)
+
+    def _creeps(self) -> bool:
+        """Whether the robot hardly gets on."""
+        if len(self._lately) <= self.config.creep_steps:
+            return False
+        return math.dist(self._lately[0], self._lately[-1]) < self.config.creep_m
+
+    def _due(self) -> Int64[np.ndarray, " due"]:
+        """Which hypotheses this frame corrects, the likeliest first."""
+        best = self.best
+        order = np.argsort(-self._waited, kind="stable")
+        due = np.concatenate([[best], order[order != best]])[: self.config.at_once]
+        self._waited += 1
+        self._waited[due] = 0
+        return due
+
+    @property
+    def bounds_m(self) -> Float64[np.ndarray, "poses 2"]:
+        """Between which lengths of the plan the progress of each hypothesis is sought."""
+        low, high = self._progress_m - _BACK_M, self._progress_m + _AHEAD_M
+        # Behind a wall, the plan's corridor may be nearer than its door.
+        high = np.where(self._inside, np.minimum(high, self._door_m), high)
+        return np.stack([np.minimum(low, high), high], axis=1)
+
+    def begin_anew(self, penalty: float = 0.0) -> None:
+        """Search again: the belief has proved to be wrong.
+
+        Args:
+            penalty: Log-weight that places near the old belief lose.
+        """
+        self.restarts += 1
+        at, inside = self.pose.copy(), self.is_inside
+        poses = [at[None], _around(at, self.config)]
+        progress = [np.full(1 + len(poses[1]), self.progress_m)]
+        within = [np.full(1 + len(poses[1]), inside)]
+        away_m = np.hypot(*(poses[1][:, :2] - at[:2]).T)
+        weight = [np.array([-1.0]), -0.5 * (away_m / self.config.prior_m) ** 2]
+        if self._door is not None and self._driven_m < self.config.search_m:
+            poses.append(_composed(self._starts, self._moved))
+            has_left = self._have_left()
+            seen_m = self._door_m + np.where(has_left, self._driven_m, 0.0)
+            progress.append(
+                np.array(
+                    [
+                        self._arrays.progress_m(x, y, self._door_m if left else 0.0, most)
+                        for (x, y, _), left, most in zip(poses[2], has_left, seen_m, strict=True)
+                    ]
+                )
+            )
+            within.append(~has_left)
+            weight.append(self._prior)
+        places = np.concatenate(poses)
+        is_old = np.hypot(*(places[:, :2] - at[:2]).T) < NEAR_M
+        self._begin(
+            places,
+            np.concatenate(weight) - penalty * is_old,
+            np.concatenate(progress),
+            np.concatenate(within),
+        )
+
+    def _have_left(self) -> Bool[np.ndarray, " starts"]:
+        """Whether the way driven leads by the room's door, from each of the first places."""
+        trail = np.array([*self._trail, self._moved[:2]])
+        c, s = np.cos(self._starts[:, 2, None]), np.sin(self._starts[:, 2, None])
+        x = self._starts[:, 0, None] + c * trail[:, 0] - s * trail[:, 1]
+        y = self._starts[:, 1, None] + s * trail[:, 0] + c * trail[:, 1]
+        assert self._door is not None
+        return np.asarray(np.hypot(x - self._door[0], y - self._door[1]).min(axis=1) < AT_DOOR_M)
+
+    def _leave_rooms(self) -> None:
+        if self._door is not None:
+            away_m = np.hypot(*(self.filters.pose[:, :2] - self._door).T)
+            self._inside &= away_m >= AT_DOOR_M
 
     def _thin_out(self) -> None:
         """Give up the unlikely, and of those that have met all but the likeliest."""
@@ -161,7 +313,41 @@ class PoseHypotheses:
         chosen = np.array(kept)
         self.filters.choose(chosen)
         self._log_weight = self._log_weight[chosen] - self._log_weight[chosen].max()
-        self._progress_m = self._progress_m[chosen]
+        self._progress_m, self._inside = self._progress_m[chosen], self._inside[chosen]
+        self._waited, self._judged = self._waited[chosen], self._judged[chosen]
+
+
+def first_door(
+    arrays: MapArrays, task: NavigationTask
+) -> tuple[Float64[np.ndarray, " 2"] | None, float]:
+    """The door by which the plan leaves its first room, and the metres up to it."""
+    nodes = [task.map.node(node) for node in task.plan.nodes[:2]]
+    if len(nodes) < 2 or nodes[1].kind is not NodeKind.DOOR or nodes[1].room != nodes[0].room:
+        return None, 0.0
+    return np.array([nodes[1].x_m, nodes[1].y_m]), float(arrays.stops_m()[1])
+
+
+def _composed(
+    poses: Float64[np.ndarray, "poses 3"], step: Float[np.ndarray, " 3"]
+) -> Float64[np.ndarray, "poses 3"]:
+    """Poses moved by a step in their own frames."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    x = poses[:, 0] + c * step[0] - s * step[1]
+    y = poses[:, 1] + s * step[0] + c * step[1]
+    return np.stack([x, y, poses[:, 2] + step[2]], axis=1)
+
+
+def _around(
+    pose: Float64[np.ndarray, " 3"], config: HypothesesConfig
+) -> Float64[np.ndarray, "poses 3"]:
+    """Places around a pose, facing as it does."""
+    poses = []
+    for radius_m in config.around_m:
+        places = max(4, math.ceil(2.0 * math.pi * radius_m / config.spacing_m))
+        for angle in 2.0 * math.pi * np.arange(places) / places:
+            x, y = radius_m * math.cos(angle), radius_m * math.sin(angle)
+            poses.append((pose[0] + x, pose[1] + y, pose[2]))
+    return np.array(poses)
 
 
 def _starts(task: NavigationTask, config: HypothesesConfig) -> Float64[np.ndarray, "poses 3"]:

@@ -22,7 +22,7 @@ from toponav.models.graphnav.preprocess import frame_reducer
 from toponav.navigation.graphnav.avoidance import CollisionAvoidance
 from toponav.navigation.graphnav.depth_guard import DepthGuard
 from toponav.navigation.graphnav.detour import Detour
-from toponav.navigation.graphnav.hypotheses import PoseHypotheses
+from toponav.navigation.graphnav.hypotheses import AT_DOOR_M, PoseHypotheses, first_door
 from toponav.navigation.graphnav.metric_config import MetricAgentConfig
 from toponav.navigation.graphnav.node_belief import NodeBelief, doorsteps_m
 from toponav.navigation.graphnav.plan_keeping import PlanKeeping
@@ -30,7 +30,7 @@ from toponav.navigation.graphnav.plan_keeping import PlanKeeping
 __all__ = ["MetricGraphNavAgent", "load_metric_agent"]
 
 _STOP: Final = Velocity(0.0, 0.0)
-_AT_DOOR_M, _DETOUR_M = 0.9, 1.5
+_DETOUR_M = 1.5
 _BACK_M, _AHEAD_M, _NEAR_M = 1.0, 2.5, 1.0
 _SURE_STD: Final = np.array([0.06, 0.05, 0.03])
 
@@ -83,8 +83,8 @@ class MetricGraphNavAgent:
         self._arrays = MapArrays.of(task.map, task.plan)
         self._nodes = NodeBelief(task)
         between_m = doorsteps_m(task)
-        self._stops_m = self._arrays.stops_m()
-        self._is_inside = math.isfinite(between_m[0])
+        self._door, self._door_m = first_door(self._arrays, task)
+        self._is_inside = self._door is not None
         if self.config.plan_keeping is not None:
             self._keeping = PlanKeeping(task, self._arrays, between_m, self.config.plan_keeping)
         if self._detour is not None:
@@ -96,7 +96,7 @@ class MetricGraphNavAgent:
         self._hypotheses: PoseHypotheses | None = None
         if parts.hypotheses is not None and parts.pose_filter is not None:
             self._hypotheses = PoseHypotheses(
-                task, self._pose_network, parts.pose_filter, parts.hypotheses
+                self._arrays, task, self._pose_network, parts.pose_filter, parts.hypotheses
             )
         self._local_map.clear()
         if self._avoidance is not None:
@@ -175,7 +175,8 @@ class MetricGraphNavAgent:
         config = self._pose_network.config.local_map
         if self._hypotheses is not None and self._true_pose is None:
             self._hypotheses.correct(self._local_map.view(config.far_cell_m))
-            self._progress_m = self._inside(self.pose, self._hypotheses.progress_m)
+            self._progress_m = self._hypotheses.progress_m
+            self._is_inside = self._hypotheses.is_inside
             return
         if self._true_pose is not None:
             self._filter.pose[0] = self._true_pose
@@ -238,11 +239,11 @@ class MetricGraphNavAgent:
         """
         if not self._is_inside:
             return progress_m
-        door = self._arrays.node_xy[self._arrays.kept.ends[self._arrays.kept.stop[1], 0]]
-        if math.hypot(believed[0] - door[0], believed[1] - door[1]) < _AT_DOOR_M:
+        assert self._door is not None
+        if math.hypot(believed[0] - self._door[0], believed[1] - self._door[1]) < AT_DOOR_M:
             self._is_inside = False
             return progress_m
-        return min(progress_m, float(self._stops_m[1]))
+        return min(progress_m, self._door_m)
 
     def _way_on(self, believed: Float64[np.ndarray, " 3"], at_m: float) -> Velocity | None:
         """What a robot does that gets nowhere: drive to the plan ahead past what it has seen."""
@@ -250,7 +251,7 @@ class MetricGraphNavAgent:
             return None
         ahead_m = at_m + _DETOUR_M
         if self._is_inside:
-            ahead_m = float(self._stops_m[1])
+            ahead_m = self._door_m
         points, arc = self._arrays.way()
         x = float(np.interp(ahead_m, arc, points[:, 0])) - believed[0]
         y = float(np.interp(ahead_m, arc, points[:, 1])) - believed[1]

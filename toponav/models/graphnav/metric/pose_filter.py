@@ -93,6 +93,19 @@ class PoseFilter:
         )
         self.covariance = _around(jacobian, self.covariance) + _spread(turn, noise)
 
+    def correct_some(
+        self,
+        robots: Int64[np.ndarray, " chosen"],
+        mean: Float[np.ndarray, "chosen 3"],
+        std: Float[np.ndarray, "chosen 3"],
+    ) -> None:
+        """`correct` for these robots alone; what the others see later is the more news."""
+        some = PoseFilter(self.pose[robots], self.config)
+        some.covariance, some._news = self.covariance[robots], self._news[robots]
+        some.correct(mean, std)
+        self.pose[robots], self.covariance[robots] = some.pose, some.covariance
+        self._news[robots] = some._news
+
     def correct(
         self, mean: Float[np.ndarray, "robots 3"], std: Float[np.ndarray, "robots 3"]
     ) -> None:

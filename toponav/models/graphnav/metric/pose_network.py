@@ -7,8 +7,10 @@ from torch import Tensor, nn
 from toponav.models.graphnav.metric.pictures import PictureEncoder
 from toponav.models.graphnav.metric.presets import PoseConfig
 
-__all__ = ["PoseNetwork"]
+__all__ = ["FAR_M", "NEAR_M", "PoseNetwork"]
 
+NEAR_M, FAR_M = 1.0, 1.6
+"""A belief is near the truth within the one, and elsewhere beyond the other."""
 _LOG_STD = (-4.0, 1.5)
 
 
@@ -29,7 +31,7 @@ class PoseNetwork(nn.Module):
         super().__init__()
         self.config = config
         self.encoder = PictureEncoder(config.picture, config.local_map.view_cells)
-        self.output = nn.Linear(config.picture.features, 6)
+        self.output = nn.Linear(config.picture.features, 7 if config.judges else 6)
 
     def forward(
         self,
@@ -40,8 +42,23 @@ class PoseNetwork(nn.Module):
 
         Metres forward, metres left, radians to the left.
         """
+        mean, log_std, _ = self.judged(local_map, map_picture)
+        return mean, log_std
+
+    def judged(
+        self,
+        local_map: UInt8[Tensor, "batch forward left"],
+        map_picture: Float[Tensor, "batch channels forward left"],
+    ) -> tuple[Float[Tensor, "batch 3"], Float[Tensor, "batch 3"], Float[Tensor, " batch"] | None]:
+        """What `forward` says, and the log-odds that the true pose is near the believed one.
+
+        Near is within `NEAR_M`: where the belief is that wrong, what is there and what should
+        be there have nothing to do with each other, and the offset means nothing. None where
+        the network has not learned to judge.
+        """
         out = self.output(self.encoder(local_map, map_picture)).float()
-        return out[:, :3], out[:, 3:].clamp(*_LOG_STD)
+        log_odds = out[:, 6] if self.config.judges else None
+        return out[:, :3], out[:, 3:6].clamp(*_LOG_STD), log_odds
 
     @staticmethod
     def loss(

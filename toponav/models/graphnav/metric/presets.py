@@ -43,6 +43,8 @@ class PoseConfig:
     local_map: LocalMapConfig = field(default_factory=LocalMapConfig)
     odometry: CommandOdometry = field(default_factory=CommandOdometry)
     picture: PictureConfig = field(default_factory=PictureConfig)
+    judges: bool = False
+    """Whether it also says if the true pose is near the believed one at all."""
 
 
 @dataclass(frozen=True)
