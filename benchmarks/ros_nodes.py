@@ -5,8 +5,8 @@
     python benchmarks/ros_nodes.py soak       half an hour of it: deadlines and memory
     python benchmarks/ros_nodes.py faults     lost, late, NaN, frozen frames; kill -9
 
-Writes benchmarks/results/ros_<what>.json (latency and soak: and a histogram, .png; docs/ros.md shows the soak's). Needs
-ROS 2: run it with the Python of .venv-ros (`make test-ros` makes it).
+Writes benchmarks/results/ros_<what>.json (latency and soak: and a histogram, .png; docs/ros.md
+shows the soak's). Needs ROS 2: run it with the Python of .venv-ros (`make test-ros` makes it).
 """
 
 import argparse

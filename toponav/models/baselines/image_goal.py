@@ -73,7 +73,7 @@ class ImageGoalTrunk(nn.Module):
             self.encoder = ResNet18Encoder(config.vision)
             self.join = _EndToEnd(config)
         self.map = _MapEncoder() if config.metric_map else None
-        inputs = int(self.join.size) + SENSORS  # type: ignore[arg-type]
+        inputs = int(self.join.size) + SENSORS
         self.out = nn.Linear(
             inputs + (self.map.size if self.map is not None else 0), config.hidden
         )

@@ -78,11 +78,12 @@ class SeenJoin(nn.Module):
         """One vector for each."""
         seen = seen.float() * _SCALE
         sizes = (self.features * self.azimuths, self.matched * DIRECTIONS, 2 * self.features)
-        features, matched, goal = seen.split(sizes, dim=1)
-        near = _around(self.near, features.unflatten(1, (self.features, self.azimuths)))
+        features, matched, goal = torch.split(seen, list(sizes), dim=1)
+        near = _around(self.near, features.reshape(-1, self.features, self.azimuths))
         # Directions are multiples of their width: half of the first one lies to the right.
-        grouped = near.roll(self.each // 2, 2).unflatten(2, (DIRECTIONS, self.each))
-        matched = matched.unflatten(1, (self.matched, DIRECTIONS))
+        grouped = near.roll(self.each // 2, 2)
+        grouped = grouped.reshape(*near.shape[:2], DIRECTIONS, self.each)
+        matched = matched.reshape(-1, self.matched, DIRECTIONS)
         both = torch.cat([grouped.transpose(2, 3).flatten(1, 2), matched], dim=1)
         mixed = _around(self.mix, both)
         return torch.cat([mixed.flatten(1), matched.amax(2), matched.mean(2), goal], dim=1)

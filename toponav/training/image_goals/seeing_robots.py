@@ -46,7 +46,7 @@ class SeeingRobots(VecEnvWrapper):
         self._precision = precision
         self._goals = torch.zeros(self.num_envs, config.features, config.azimuths)
 
-    def reset(self) -> dict[str, np.ndarray]:  # type: ignore[override]
+    def reset(self) -> dict[str, np.ndarray]:
         """What all robots sense at the start of a segment."""
         sensed = self.venv.reset()
         assert isinstance(sensed, dict)
