@@ -31,6 +31,13 @@ class EditorPage:
         """Presses keys one after the other."""
         for key in keys:
             self.page.keyboard.press(key)
+        self.drawn()
+
+    def drawn(self) -> None:
+        """Waits until the page has drawn what was done: it draws once a frame."""
+        self.page.evaluate(
+            "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+        )
 
     def middle(self, selector: str) -> tuple[float, float]:
         """The middle of an element in pixels."""
@@ -45,6 +52,7 @@ class EditorPage:
     def click_node(self, node: str, **more: Any) -> None:
         """Clicks a node."""
         self.page.mouse.click(*self.node_at(node), **more)
+        self.drawn()
 
     def connect(self, *nodes: str) -> None:
         """Draws edges from node to node with the edge tool, and puts the tool down."""
@@ -58,9 +66,11 @@ class EditorPage:
         box = self.page.locator("#stage").bounding_box()
         assert box is not None
         self.page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
+        self.drawn()
 
     def text(self, selector: str) -> str:
-        """What an element says."""
+        """What an element says once all is drawn."""
+        self.drawn()
         return self.page.locator(selector).inner_text()
 
     def wait(self, holds: Callable[[], object], what: str) -> None:
