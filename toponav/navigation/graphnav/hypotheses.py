@@ -16,8 +16,9 @@ from toponav.models.graphnav.metric.map_picture import MapArrays
 from toponav.models.graphnav.metric.pages import draw_beliefs, pages_of
 from toponav.models.graphnav.metric.pose_filter import PoseFilter, PoseFilterConfig
 from toponav.models.graphnav.metric.pose_network import NEAR_M, PoseNetwork
+from toponav.navigation.graphnav.node_belief import first_door
 
-__all__ = ["AT_DOOR_M", "HypothesesConfig", "PoseHypotheses", "first_door"]
+__all__ = ["AT_DOOR_M", "HypothesesConfig", "PoseHypotheses"]
 
 AT_DOOR_M: Final = 0.9
 """A robot that has come this near to its first room's door leaves the room."""
@@ -315,16 +316,6 @@ class PoseHypotheses:
         self._log_weight = self._log_weight[chosen] - self._log_weight[chosen].max()
         self._progress_m, self._inside = self._progress_m[chosen], self._inside[chosen]
         self._waited, self._judged = self._waited[chosen], self._judged[chosen]
-
-
-def first_door(
-    arrays: MapArrays, task: NavigationTask
-) -> tuple[Float64[np.ndarray, " 2"] | None, float]:
-    """The door by which the plan leaves its first room, and the metres up to it."""
-    nodes = [task.map.node(node) for node in task.plan.nodes[:2]]
-    if len(nodes) < 2 or nodes[1].kind is not NodeKind.DOOR or nodes[1].room != nodes[0].room:
-        return None, 0.0
-    return np.array([nodes[1].x_m, nodes[1].y_m]), float(arrays.stops_m()[1])
 
 
 def _composed(

@@ -22,9 +22,9 @@ from toponav.models.graphnav.preprocess import frame_reducer
 from toponav.navigation.graphnav.avoidance import CollisionAvoidance
 from toponav.navigation.graphnav.depth_guard import DepthGuard
 from toponav.navigation.graphnav.detour import Detour
-from toponav.navigation.graphnav.hypotheses import AT_DOOR_M, PoseHypotheses, first_door
+from toponav.navigation.graphnav.hypotheses import AT_DOOR_M, PoseHypotheses
 from toponav.navigation.graphnav.metric_config import MetricAgentConfig
-from toponav.navigation.graphnav.node_belief import NodeBelief, doorsteps_m
+from toponav.navigation.graphnav.node_belief import NodeBelief, doorsteps_m, first_door
 from toponav.navigation.graphnav.plan_keeping import PlanKeeping
 
 __all__ = ["MetricGraphNavAgent", "load_metric_agent"]

@@ -12,7 +12,7 @@ from toponav.maps.task import NavigationTask
 from toponav.models.graphnav.metric.kept_way import ALIGNMENT_RAD
 from toponav.models.graphnav.metric.map_picture import MapArrays
 
-__all__ = ["NodeBelief", "doorsteps_m"]
+__all__ = ["NodeBelief", "doorsteps_m", "first_door"]
 
 _DOORSTEP_M: Final = 0.3
 _POINTS: Final = 32
@@ -134,11 +134,21 @@ class NodeBelief:
 def doorsteps_m(task: NavigationTask) -> tuple[float, float]:
     """Metres of the plan at which it has left its first room, and enters its last."""
     plan, topological_map = task.plan, task.map
-    stops_m = MapArrays.of(topological_map, plan).stops_m()
-    nodes = [topological_map.node(node) for node in plan.nodes]
+    arrays = MapArrays.of(topological_map, plan)
+    door, door_m = first_door(arrays, task)
     leaves_m, enters_m = -math.inf, math.inf
-    if len(nodes) > 1 and nodes[1].kind is NodeKind.DOOR and nodes[1].room == nodes[0].room:
-        leaves_m = float(stops_m[1]) + _DOORSTEP_M
-    if nodes[-1].kind is NodeKind.ROOM and len(nodes) > 1:
-        enters_m = float(stops_m[-1]) - _DOORSTEP_M
+    if door is not None:
+        leaves_m = door_m + _DOORSTEP_M
+    if topological_map.node(plan.nodes[-1]).kind is NodeKind.ROOM and len(plan.nodes) > 1:
+        enters_m = float(arrays.stops_m()[-1]) - _DOORSTEP_M
     return leaves_m, enters_m
+
+
+def first_door(
+    arrays: MapArrays, task: NavigationTask
+) -> tuple[Float64[np.ndarray, " 2"] | None, float]:
+    """The door by which the plan leaves its first room, and the metres up to it."""
+    nodes = [task.map.node(node) for node in task.plan.nodes[:2]]
+    if len(nodes) < 2 or nodes[1].kind is not NodeKind.DOOR or nodes[1].room != nodes[0].room:
+        return None, 0.0
+    return np.array([nodes[1].x_m, nodes[1].y_m]), float(arrays.stops_m()[1])
