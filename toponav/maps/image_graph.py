@@ -79,6 +79,7 @@ class GhostNode:
             nothing is known.
         unseen_m2: Floor behind it that was not searched, where it is an edge of the searched
             floor; None where it is a direction that the network calls explorable.
+        behind_m2: The same of the nearest such edge, where it is a direction.
     """
 
     node: int
@@ -87,6 +88,12 @@ class GhostNode:
     score: float | None = None
     bearing_rad: float | None = None
     unseen_m2: float | None = None
+    behind_m2: float | None = None
+
+    @property
+    def floor_m2(self) -> float | None:
+        """Floor behind it that was not searched, where that is known."""
+        return self.behind_m2 if self.unseen_m2 is None else self.unseen_m2
 
 
 @dataclass(eq=False)

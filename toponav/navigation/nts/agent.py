@@ -44,7 +44,8 @@ class NTSAgentConfig:
     finder: FinderConfig | None = None
     """When the goal counts as found; by the network's modality when left out."""
     graph: GraphUpdateConfig = field(default_factory=GraphUpdateConfig)
-    ghosts: GlobalPolicyConfig = field(default_factory=GlobalPolicyConfig)
+    ghosts: GlobalPolicyConfig | None = None
+    """How ghosts are chosen; by the network's modality when left out."""
     exploration: ExplorationConfig | None = None
     """How ghosts are explored; by the network's modality when left out."""
     local: LocalPolicyConfig = field(default_factory=LocalPolicyConfig)
@@ -131,7 +132,8 @@ class NTSAgent:
             return
         seen = self.perception.see(goal.rgb, goal.depth_m)
         self._finder = GoalFinder(self.perception, seen, self.config.finder)
-        ghosts = replace(self.config.ghosts, use_score=self.config.use_score)
+        ghosts = self.config.ghosts or GlobalPolicyConfig(by_floor=wants_depth)
+        ghosts = replace(ghosts, use_score=self.config.use_score)
         policy = GlobalPolicy(self.perception, seen, ghosts, self._rng)
         self._exploration.begin(policy, self._finder)
         if keep_map and self.config.use_graph:

@@ -225,6 +225,12 @@ class Exploration:
         return place
 
     def _guess(self) -> Pose2 | None:
-        """Where the goal may be after all: a place that was too doubtful so far."""
+        """Where the goal may be after all: a place within reach, too doubtful so far."""
         finder = self._finder
-        return finder.place if finder is not None and finder.take_best_guess() else None
+        while finder is not None and finder.take_best_guess():
+            place = finder.place
+            assert place is not None
+            if self._local.can_reach((place.x_m, place.y_m)):
+                return place
+            finder.set_aside()
+        return None

@@ -12,6 +12,7 @@ __all__ = ["update_ghosts"]
 
 _EXPLORED_M = 1.2
 _SAME_M = 1.0
+_BEHIND_M = 1.5
 _HANGS_M = 6.0
 _CANDIDATES = 4
 
@@ -34,6 +35,10 @@ def update_ghosts(graph: ImageGraph, floor: SearchedFloor, seen: LocalMap, pose:
     places = [graph.pose_of_ghost(ghost) for ghost in told]
     before = [ghost for ghost in graph.ghosts if ghost.unseen_m2 is not None]
     edges = []
+    for ghost, place in zip(told, places, strict=True):
+        nearest = min(openings, key=lambda one: _apart_m(place, one), default=None)
+        is_near = nearest is not None and _apart_m(place, nearest) < _BEHIND_M
+        ghost.behind_m2 = nearest.unseen_m2 if nearest is not None and is_near else None
     for opening in openings:
         if any(_apart_m(place, opening) < _SAME_M for place in places):
             continue

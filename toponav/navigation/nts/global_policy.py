@@ -17,6 +17,8 @@ __all__ = ["GlobalPolicy", "GlobalPolicyConfig"]
 _SCORE_LENGTH_M = 5.0
 _FARTHEST_M = 60.0
 _LEAST_LEFT_M = 0.5
+_LEAST_M2 = 0.6
+_SAY_M = 10.0
 _SAME_WAY_RAD = math.radians(40.0)
 DriveLength = Callable[[float, float], float]
 
@@ -37,6 +39,15 @@ class GlobalPolicyConfig:
     """F_G from which on F_S says something about a direction."""
     score_trust: float = 0.8
     """How far differences of predicted ways are believed."""
+    by_floor: bool = False
+    """Whether the most unsearched floor for each metre of driving is chosen, weighed with F_S:
+    the goal is somewhere in it. Else the shortest way to the goal by F_S alone."""
+    usual_m2: float = 6.0
+    """Unsearched floor behind a ghost of which that is not known."""
+    most_m2: float = 15.0
+    """More floor does not count: it is not searched from one place."""
+    hysteresis: float = 0.3
+    """By floor, another ghost has to be so much better (natural logarithm) to be chosen."""
 
 
 class GlobalPolicy:
@@ -104,11 +115,12 @@ class GlobalPolicy:
             # Nothing new was seen: a choice that changes with every step leads nowhere.
             return self.chosen
         self._nodes = len(graph.nodes)
-        costs = self._costs_m(graph, node, pose, drive_m)
+        costs = self._costs(graph, node, pose, drive_m)
         best = int(np.argmin(costs))
         if self.chosen is not None:
             now = next(k for k, ghost in enumerate(graph.ghosts) if ghost is self.chosen)
-            if costs[best] > costs[now] - self.config.hysteresis_m:
+            least = self.config.hysteresis if self.config.by_floor else self.config.hysteresis_m
+            if costs[best] > costs[now] - least:
                 return self.chosen
         self._take(graph.ghosts[best])
         return self.chosen
@@ -150,10 +162,14 @@ class GlobalPolicy:
             return float(scores[open_to].mean())
         return float(scores[open_to[nearest]])
 
-    def _costs_m(
+    def _costs(
         self, graph: ImageGraph, node: int | None, pose: Pose2, drive_m: DriveLength | None
     ) -> list[float]:
-        """Metres that the goal is away through each ghost: the way there, and F_S from there."""
+        """What choosing each ghost costs, from the way there and F_S from there.
+
+        Metres that the goal is away through it; by floor, the logarithm of metres to drive for
+        each square metre searched, where e times less counts for 10 m nearer by F_S.
+        """
         lengths = graph.distances_m(node)[0] if node is not None else [0.0] * len(graph.nodes)
         costs = []
         for ghost in graph.ghosts:
@@ -170,5 +186,10 @@ class GlobalPolicy:
             left_m = via_m - ghost.distance_m
             if ghost.unseen_m2 is not None:
                 left_m = max(left_m, _LEAST_LEFT_M)
-            costs.append(there_m + self.config.score_trust * left_m)
+            if not self.config.by_floor:
+                costs.append(there_m + self.config.score_trust * left_m)
+                continue
+            area_m2 = self.config.usual_m2 if ghost.floor_m2 is None else ghost.floor_m2
+            area_m2 = min(max(area_m2, _LEAST_M2), self.config.most_m2)
+            costs.append(math.log((there_m + 1.0) / area_m2) + left_m / _SAY_M)
         return costs

@@ -18,7 +18,7 @@ class FinderConfig:
 
     reach_m: float = 5.5
     """The goal is looked for this far from the robot."""
-    found: float = 0.44
+    found: float = 0.4
     """Agreement from which on a place is worth a closer look, if two looks agree on it."""
     clear: float = 0.56
     """Agreement for which one look is enough."""
@@ -123,6 +123,10 @@ class GoalFinder:
         """The place cannot be reached or is wrong: look elsewhere."""
         if self.place is not None:
             self._mistakes.append((self.place, self.score))
+        self.set_aside()
+
+    def set_aside(self) -> None:
+        """The place cannot be reached so far, which says nothing against it: look elsewhere."""
         self.place, self.score = None, 0.0
         self._seen_near = self._missed_near = 0
         self._is_sure, self._doubted = False, []
