@@ -13,12 +13,14 @@ import argparse
 import io
 import json
 import os
+import re
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet as pq
 
 from toponav.core.files import write_atomically
 from toponav.evaluation.benchmarks.record import Benchmark, write_benchmark
@@ -31,6 +33,10 @@ RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parent.parent / "docs" / "images" / "image_goal_curves.png"
 HOMES, ROBOTS, SEED = 4, 16, 0
 """Homes that robots run in here: what is measured is stepping, not making homes."""
+AGENT, MAX_STEPS = "il_rgbd", 200
+"""Who drives where workers are counted, and for how long at most."""
+TIMES = re.compile(r"_(s|ms)$")
+"""Columns of episodes that differ from run to run."""
 
 
 def rollouts(seconds: float) -> Benchmark:
@@ -67,45 +73,61 @@ def _stepped(robots: Any, rng: np.random.Generator, seconds: float) -> float:
     return steps / (time.perf_counter() - began)
 
 
-def ray_workers(episodes: int) -> Benchmark:
-    """An evaluation of the shortest path, by either engine with one and with two workers."""
-    figures: dict[str, float] = {}
-    outcomes = []
+def ray_workers(rounds: int, episodes: int) -> Benchmark:
+    """An evaluation of a learned policy with one worker and with two, in turn, by either engine.
+
+    Times are of the whole: Ray is started, processes begin, weights and homes are made ready.
+    """
+    times: dict[str, list[float]] = {}
+    outcomes, loads = [], []
     with tempfile.TemporaryDirectory() as folder:
-        for engine in ("local", "ray"):
-            for workers in (1, 2):
-                # What starts a process is timed apart, by an evaluation of an episode or two.
-                few, many = (
-                    _timed(Path(folder) / f"{engine}{workers}-{count}", engine, workers, count)
-                    for count in (2, episodes)
-                )
-                figures[f"{engine}_{workers}_workers_s"] = many[0] - few[0]
-                outcomes.append(many[1])
+        for number in range(rounds):
+            for engine in ("ray", "local"):
+                for workers in (1, 2) if number % 2 == 0 else (2, 1):
+                    loads.append(round(os.getloadavg()[0], 2))
+                    out = Path(folder) / f"{number}-{engine}-{workers}"
+                    seconds, outcome = _timed(out, engine, workers, episodes)
+                    name = f"{engine}_{workers}_workers_s"
+                    times.setdefault(name, []).append(round(seconds, 2))
+                    outcomes.append(outcome)
+                    print(name, times[name][-1], flush=True)
     assert all(one == outcomes[0] for one in outcomes), "engines must agree"
-    figures["ray_speedup_2_workers"] = figures["ray_1_workers_s"] / figures["ray_2_workers_s"]
-    figures["local_speedup_2_workers"] = (
-        figures["local_1_workers_s"] / figures["local_2_workers_s"]
-    )
-    settings = {"episodes": episodes, "seed": SEED, "load_average": os.getloadavg()[0]}
+    figures = {name: float(np.median(found)) for name, found in times.items()}
+    for engine in ("ray", "local"):
+        ratio = figures[f"{engine}_1_workers_s"] / figures[f"{engine}_2_workers_s"]
+        figures[f"{engine}_speedup_2_workers"] = ratio
+    settings = {
+        "agent": AGENT,
+        "suite": "homes-val",
+        "level": "medium",
+        "episodes": episodes,
+        "max_steps": MAX_STEPS,
+        "seed": SEED,
+        "seconds": times,
+        "load_average_before": loads,
+    }
     return Benchmark("image_goal_ray", figures, settings)
 
 
 def _timed(out: Path, engine: Any, workers: int, episodes: int) -> tuple[float, Any]:
+    """Seconds of an evaluation, and all that it found but times."""
     began = time.perf_counter()
-    found = evaluate_image_nav(
+    evaluate_image_nav(
         ImageNavConfig(
-            ("shortest_path",),
+            (AGENT,),
             out,
             suite="homes-val",
-            levels=("hard",),
+            levels=("medium",),
             episodes=episodes,
-            settings=ImageNavSettings(seed=SEED),
+            settings=ImageNavSettings(seed=SEED, max_steps=MAX_STEPS),
             workers=workers,
             engine=engine,
         )
     )
-    numbers = found.results["agents"]["shortest_path"]
-    return time.perf_counter() - began, {name: numbers[name] for name in ("success_rate", "spl")}
+    seconds = time.perf_counter() - began
+    table = pq.read_table(out / "episodes.parquet")
+    kept = [name for name in table.column_names if not TIMES.search(name)]
+    return seconds, table.select(kept).to_pydict()
 
 
 def curves(runs: list[Path]) -> None:
@@ -162,12 +184,16 @@ def main() -> None:
     parser.add_argument("what", choices=("rollouts", "ray", "curves"))
     parser.add_argument("runs", nargs="*", type=Path)
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--episodes", type=int, default=24)
+    parser.add_argument("--episodes", type=int, default=48)
+    parser.add_argument("--rounds", type=int, default=3)
     given = parser.parse_args()
     if given.what == "curves":
         curves(given.runs)
         return
-    found = rollouts(given.seconds) if given.what == "rollouts" else ray_workers(given.episodes)
+    if given.what == "rollouts":
+        found = rollouts(given.seconds)
+    else:
+        found = ray_workers(given.rounds, given.episodes)
     print(json.dumps(dict(found.metrics), indent=1))
     write_benchmark(found, RESULTS)
 

@@ -1,6 +1,6 @@
 """Where independent tasks run: here, in processes of this machine, or on a Ray cluster."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, Literal, TypeVar
 
 from toponav.data.parallel import run_parallel
@@ -21,6 +21,7 @@ def run_tasks(
     workers: int,
     *,
     engine: Engine = "local",
+    affinity: Callable[[Task], Hashable] | None = None,
     on_result: Callable[[Task, Result], None] | None = None,
     on_poll: Callable[[int], None] | None = None,
 ) -> None:
@@ -32,8 +33,10 @@ def run_tasks(
     Args:
         function: Defined at the top of a module, as is all that is sent to a process.
         tasks: One call each.
-        workers: Processes of this machine, or tasks at a time on the cluster.
+        workers: Processes of this machine, or of the cluster.
         engine: Where to run them.
+        affinity: A key of a task; tasks of the same key, such as the episodes of a home, run on
+            one worker as long as there are others, so that each home is made once.
         on_result: Called here with each task and its result, in the order that they finish.
         on_poll: Told here how many tasks are done.
 
@@ -44,6 +47,6 @@ def run_tasks(
     if engine == "ray":
         from toponav.data.ray_engine import run_on_ray
 
-        run_on_ray(function, tasks, workers, deliver, on_poll)
+        run_on_ray(function, tasks, workers, deliver, on_poll, affinity=affinity)
     else:
-        run_parallel(function, tasks, workers, on_poll, on_result=deliver)
+        run_parallel(function, tasks, workers, on_poll, on_result=deliver, affinity=affinity)

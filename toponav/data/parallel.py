@@ -3,7 +3,7 @@
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ from multiprocessing import get_context
 from typing import Any, TypeVar
 
 from toponav.core.errors import InputError
+from toponav.data.dealing import Dealer
 
 __all__ = ["Failure", "check_workers", "guarded", "run_parallel"]
 
@@ -51,6 +52,7 @@ def run_parallel(
     on_poll: Callable[[int], None] | None = None,
     *,
     on_result: Callable[[Task, Result], None] | None = None,
+    affinity: Callable[[Task], Hashable] | None = None,
 ) -> list[Result]:
     """The results in the order of the tasks; none where they are handed over one by one.
 
@@ -62,35 +64,68 @@ def run_parallel(
         workers: Processes, at least 1.
         on_poll: Told here about twice a second, and at the end, how many tasks are done.
         on_result: Called here with each task and its result, in the order that they finish.
+        affinity: A key of a task; tasks of the same key run in one process, as `Dealer` says.
 
     Raises:
         InputError: From a task, or when a worker was killed.
     """
     check_workers(workers)
     poll = on_poll or (lambda done: None)
+    found: dict[int, Result] = {}
+
+    def deliver(number: int, result: Result) -> None:
+        if on_result is None:
+            found[number] = result
+        else:
+            on_result(tasks[number], result)
+
+    dealer = Dealer(tasks, affinity)
     if workers == 1 or len(tasks) <= 1:
-        results = []
-        for done, task in enumerate(tasks, start=1):
-            result = function(task)
-            if on_result is None:
-                results.append(result)
-            else:
-                on_result(task, result)
+        for done in range(1, len(tasks) + 1):
+            number = dealer.next(0)
+            assert number is not None
+            deliver(number, function(tasks[number]))
             poll(done)
-        return results
+    else:
+        _run_in_processes(function, tasks, min(workers, len(tasks)), dealer, deliver, poll)
+    return [found[number] for number in sorted(found)]
+
+
+def _run_in_processes(
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    workers: int,
+    dealer: Dealer,
+    deliver: Callable[[int, Result], None],
+    poll: Callable[[int], None],
+) -> None:
     context = get_context("spawn")
     stop = context.Event()
-    pool = ProcessPoolExecutor(
-        min(workers, len(tasks)), context, _begin_worker, (stop, os.getpid())
-    )
+    # A pool of one process each: a pool of many would not let one choose who does what.
+    pools = [
+        ProcessPoolExecutor(1, context, _begin_worker, (stop, os.getpid())) for _ in range(workers)
+    ]
+    running: dict[Future[Any], tuple[int, int]] = {}
+    done = 0
+
+    def give(worker: int) -> None:
+        number = dealer.next(worker)
+        if number is not None:
+            running[pools[worker].submit(guarded, function, tasks[number])] = (worker, number)
+
     try:
-        futures = {pool.submit(guarded, function, task): task for task in tasks}
-        if on_result is None:
-            _wait_for(futures, poll, lambda future: None)
-            return [_result(future) for future in futures]
-        deliver = on_result
-        _wait_for(futures, poll, lambda future: deliver(futures.pop(future), _result(future)))
-        return []
+        for worker in range(workers):
+            give(worker)
+        while running:
+            ready, _ = wait(running, timeout=_POLL_S, return_when=FIRST_COMPLETED)
+            for future in ready:
+                worker, number = running.pop(future)
+                result = _result(future)
+                # The worker goes on while its result is dealt with here.
+                give(worker)
+                deliver(number, result)
+                done += 1
+            poll(done)
     except BrokenProcessPool as error:
         raise InputError(
             "a worker process ended before its work was done",
@@ -99,22 +134,8 @@ def run_parallel(
         ) from error
     finally:
         stop.set()
-        pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _wait_for(
-    futures: Iterable["Future[Any]"],
-    poll: Callable[[int], None],
-    deliver: Callable[["Future[Any]"], None],
-) -> None:
-    pending = set(futures)
-    total = len(pending)
-    while pending:
-        done, pending = wait(pending, timeout=_POLL_S, return_when=FIRST_COMPLETED)
-        for future in done:
-            _result(future)
-            deliver(future)
-        poll(total - len(pending))
+        for pool in pools:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _result(future: "Future[Any]") -> Any:

@@ -146,13 +146,14 @@ def evaluate_image_nav(
     done = len(jobs) - len(pending)
     if progress is not None:
         progress(done, len(jobs))
-    # Buildings one after the other: making one takes longer than a step in it.
+    # A building's episodes follow each other on one worker: making it takes seconds.
     pending.sort(key=lambda job: (job.episode.scene_seed, config.labels.index(job.label)))
     run_tasks(
         _run_job,
         pending,
         config.workers,
         engine=config.engine,
+        affinity=lambda job: (job.episode.scene_suite, job.episode.scene_seed),
         on_result=lambda job, stored: save_record(job.path, stored),
         on_poll=None if progress is None else lambda count: progress(done + count, len(jobs)),
     )
