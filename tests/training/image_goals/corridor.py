@@ -1,5 +1,7 @@
 """A corridor in which one can only go ahead or turn back."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from toponav.models.baselines.image_goal_presets import ImageGoalConfig
@@ -17,6 +19,7 @@ def corridor() -> Scene:
     return scene_from_heights("corridor", GridFrame(0.05, (0.0, 0.0), *heights.shape), heights)
 
 
+@lru_cache
 def shelf(config: ImageGoalConfig, max_steps: int = 40) -> HomeShelf:
     """The corridor, where training wants homes."""
     return HomeShelf(

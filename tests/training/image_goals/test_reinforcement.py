@@ -21,11 +21,12 @@ from toponav.training.image_goals.rollouts import Robots, RolloutSettings
 pytest.importorskip("sb3_contrib")
 
 TINY = reinforcement_config("compact").with_changes(
-    frames=128,
+    frames=64,
     robots=2,
-    steps=16,
+    steps=8,
     rollouts_a_segment=2,
-    batch_size=16,
+    batch_size=8,
+    epochs=2,
     validation_episodes=0,
     first_far_m=2.0,
     far_m=2.0,
@@ -79,9 +80,9 @@ def test_time_that_runs_out_is_told_from_a_stop() -> None:
 @pytest.mark.parametrize("kind", ["target_rl", "metric_rl"])
 def test_a_killed_run_ends_as_one_that_was_not(kind: ImageGoalKind, tmp_path: Path) -> None:
     whole = trained(kind, tmp_path / "whole")
-    trained(kind, tmp_path / "cut", TINY.with_changes(frames=64))
+    trained(kind, tmp_path / "cut", TINY.with_changes(frames=32))
     resumed = trained(kind, tmp_path / "cut")
-    assert [line["frames"] for line in whole] == [64, 128]
+    assert [line["frames"] for line in whole] == [32, 64]
     name = image_goal_preset(kind, "compact", depth=True).name
     weights = [(tmp_path / run / f"{name}.safetensors").read_bytes() for run in ("whole", "cut")]
     assert weights[0] == weights[1]
@@ -89,11 +90,11 @@ def test_a_killed_run_ends_as_one_that_was_not(kind: ImageGoalKind, tmp_path: Pa
         assert one | {"frames_per_second": 0} == other | {"frames_per_second": 0}
     assert load_image_goal(name, tmp_path / "cut").config.policy == kind
     about = json.loads((tmp_path / "cut" / f"{name}.json").read_text())["metadata"]
-    assert about["frames"] == 128
+    assert about["frames"] == 64
 
 
 def test_a_run_is_not_gone_on_with_as_another(tmp_path: Path) -> None:
-    trained("target_rl", tmp_path, TINY.with_changes(frames=64))
+    trained("target_rl", tmp_path, TINY.with_changes(frames=32))
     with pytest.raises(InputError, match="another configuration"):
         trained("target_rl", tmp_path, TINY.with_changes(seed=1))
 
@@ -105,6 +106,7 @@ def test_goals_come_to_be_farther_while_training_goes_on() -> None:
     assert reinforcement_config("paper").frames == 25_000_000
 
 
+@pytest.mark.slow
 def test_a_policy_learns_to_stop_where_it_is_at_its_goal(tmp_path: Path) -> None:
     config = TINY.with_changes(
         frames=1024,
@@ -112,6 +114,7 @@ def test_a_policy_learns_to_stop_where_it_is_at_its_goal(tmp_path: Path) -> None
         steps=32,
         rollouts_a_segment=1,
         batch_size=64,
+        epochs=6,
         learning_rate=2e-3,
         near_m=0.3,
         first_far_m=0.9,
