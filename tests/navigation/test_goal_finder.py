@@ -56,6 +56,19 @@ def test_a_glimpse_that_no_other_look_confirms_is_kept_for_later() -> None:
     assert finder.place.distance_to(goal) < 0.3
 
 
+def test_a_guess_out_of_reach_is_set_aside_and_is_no_mistake() -> None:
+    start, goal = Pose2(1.0, 1.0, 0.3), Pose2(1.5, 4.9, 1.0)
+    finder = _finder(goal, clear=2.0)
+    finder.look(_see(finder._perception, start), start, 0)
+    assert finder.take_best_guess()
+    finder.set_aside()
+    assert finder.place is None
+    assert not finder.take_best_guess()
+    there = Pose2(1.2, 1.1, 0.5)
+    finder.look(_see(finder._perception, there), there, 2)
+    assert finder.place is not None
+
+
 def test_the_network_has_its_say_about_places_near_by() -> None:
     start, goal = Pose2(2.0, 3.0, 0.0), Pose2(3.0, 4.0, 1.0)
     scores = []

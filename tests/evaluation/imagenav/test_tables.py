@@ -56,6 +56,13 @@ def test_the_papers_overall_is_the_mean_of_its_difficulties() -> None:
             assert overall == pytest.approx((easy + medium + hard) / 3, abs=0.011)
 
 
+def test_an_agent_with_the_same_episodes_in_two_runs_stands_once() -> None:
+    once = success_table([stored()]).rows
+    assert success_table([stored(), stored()]).rows == once
+    more = success_table([stored(), stored(sliding=True)]).rows
+    assert len(more) == len(once) + 3
+
+
 def test_ours_stand_above_the_papers_by_sensor() -> None:
     rows = success_table([stored()]).rows
     nts = [row for row in rows if row[1].startswith("Neural Topological SLAM")]

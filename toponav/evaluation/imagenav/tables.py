@@ -151,7 +151,8 @@ def success_table(stored: Sequence[ImageNavResults]) -> PaperTable:
     return PaperTable(
         "NTS, Table 1: success / SPL, %",
         ("sensor", "model", "run", "n", *_LEVELS, "success 95 %", "SPL 95 %"),
-        tuple(rows),
+        # An agent whose episodes are in two of the runs, with the same numbers, stands once.
+        tuple(dict.fromkeys(rows)),
         (
             "Stopping within 1 m along the shortest path is success; 500 steps; noise of a",
             "LoCoBot; no sliding. Intervals: bootstrap over episodes, by difficulty.",
