@@ -1,8 +1,9 @@
 """Compares variants of agents on validation buildings: what earns its place, in one table.
 
-    python benchmarks/graphnav_ablations.py VARIANTS.json [--buildings 6] [--episodes 20]
+    python benchmarks/graphnav_ablations.py [VARIANTS.json] [--buildings 6] [--episodes 20]
 
-VARIANTS.json is a list; the first is what the others are compared with:
+VARIANTS.json (benchmarks/graphnav_variants.json when left out) is a list; the first is what the
+others are compared with:
 
     [{"name": "best", "agent": "graphnav_pf", "weights": "best"},
      {"name": "no filter", "agent": "graphnav", "weights": "best", "note": "one line"},
@@ -40,6 +41,7 @@ from toponav.worlds.generate.suites import SUITES, suite
 from toponav.worlds.storage import save_scene
 
 ROOT = Path(__file__).parent.parent
+VARIANTS = ROOT / "benchmarks" / "graphnav_variants.json"
 RESULTS = ROOT / "benchmarks" / "results"
 RUNS = ROOT / "runs" / "graphnav_ablations"
 RULES = ("strict", "tolerant")
@@ -48,7 +50,7 @@ RULES = ("strict", "tolerant")
 def main(arguments: list[str] | None = None) -> int:
     """Evaluate the variants, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("variants", type=Path)
+    parser.add_argument("variants", type=Path, nargs="?", default=VARIANTS)
     parser.add_argument("--name", default="graphnav_ablations", help="name of the files written")
     parser.add_argument("--suite", default="offices-val")
     parser.add_argument("--buildings", type=int, default=6)
