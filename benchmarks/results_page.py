@@ -150,7 +150,7 @@ def _trained() -> list[str]:
         names = ("network", "epochs", "minutes, one busy core")
         parts += [
             to_markdown(PaperTable("Training runs of GraphNav", names, tuple(minutes), (), 1)),
-            "*repeated*: another run of the recipe; the log of the one that ships was not kept.\n\n"
+            "*repeated*: another run of the recipe; the log of what ships was not kept.\n\n"
             "![Training curves](images/graphnav-training.png)",
         ]
     return parts
