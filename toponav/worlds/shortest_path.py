@@ -32,18 +32,21 @@ def any_angle_length_m(
         InputError: When the start is farther than a metre from where the robot can be.
     """
     cell_m = space.grid.resolution_m
-    origin = np.asarray(space.grid.origin_m)
-
-    def in_cells(points_xy: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, "points 2"]:
-        return np.ascontiguousarray(((points_xy - origin) / cell_m)[:, ::-1])
-
     blocked = ~space.free
-    ends = in_cells(np.array([start_xy, goal_xy], float))
+    ends = _in_cells(space, np.array([start_xy, goal_xy], float))
     if is_clear(blocked, *ends[0], *ends[1]):
         return float(np.hypot(*(ends[1] - ends[0]))) * cell_m
     row, col = space.nearest_free(*start_xy)
     if not np.isfinite(field_m[row, col]):
         return float("inf")
     path = space.path_m(field_m, start_xy)
-    points = np.concatenate([ends[:1], in_cells(path), ends[1:]])
+    points = np.concatenate([ends[:1], _in_cells(space, path), ends[1:]])
     return float(shortest_polyline(blocked, points)) * cell_m
+
+
+def _in_cells(
+    space: FreeSpace, points_xy: Float[np.ndarray, "points 2"]
+) -> Float[np.ndarray, "points 2"]:
+    """Rows and columns, for points in metres."""
+    origin = np.asarray(space.grid.origin_m)
+    return np.ascontiguousarray(((points_xy - origin) / space.grid.resolution_m)[:, ::-1])
