@@ -39,27 +39,45 @@ TIMES = re.compile(r"_(s|ms)$")
 """Columns of episodes that differ from run to run."""
 
 
-def rollouts(seconds: float) -> Benchmark:
-    """Steps of random robots: rendering, motion, noise, reward and what policies are told."""
+def rollouts(rounds: int, seconds: float) -> Benchmark:
+    """Steps of random robots: rendering, motion, noise, reward and what policies are told.
+
+    One process and two take turns, so that what else runs on the machine meets both.
+    """
     from toponav.training.image_goals.robot_processes import RobotProcesses
 
     figures: dict[str, float] = {}
+    rates: dict[str, list[float]] = {}
+    loads: list[float] = []
     for policy in ("target_rl", "metric_rl"):
         config = image_goal_preset(policy, "compact", depth=True)
-        for processes in (1, 2):
-            robots = RobotProcesses(config, RolloutSettings(homes=HOMES), ROBOTS, processes, SEED)
-            rng = np.random.default_rng(SEED)
-            try:
+        crowds = {
+            f"{policy}_compact_rgbd_steps_per_second_{processes}_processes": RobotProcesses(
+                config, RolloutSettings(homes=HOMES), ROBOTS, processes, SEED
+            )
+            for processes in (1, 2)
+        }
+        rng = np.random.default_rng(SEED)
+        try:
+            for robots in crowds.values():
                 robots.begin(0, 10.0)
                 robots.reset()
-                _stepped(robots, rng, seconds / 2)
-                rates = [_stepped(robots, rng, seconds / 5) for _ in range(5)]
-            finally:
+                _stepped(robots, rng, seconds)
+            for _ in range(rounds):
+                loads.append(round(os.getloadavg()[0], 2))
+                for name, robots in crowds.items():
+                    rates.setdefault(name, []).append(round(_stepped(robots, rng, seconds), 1))
+        finally:
+            for robots in crowds.values():
                 robots.close()
-            name = f"{policy}_compact_rgbd_steps_per_second_{processes}_processes"
-            figures[name] = float(np.median(rates))
-    load = os.getloadavg()[0]
-    settings = {"homes": HOMES, "robots": ROBOTS, "seed": SEED, "load_average": load}
+    figures |= {name: float(np.median(found)) for name, found in rates.items()}
+    settings = {
+        "homes": HOMES,
+        "robots": ROBOTS,
+        "seed": SEED,
+        "steps_per_second": rates,
+        "load_average_before": loads,
+    }
     return Benchmark("image_goal_rollouts", figures, settings)
 
 
@@ -148,8 +166,9 @@ def curves(runs: list[Path]) -> None:
 
 
 PANELS = (
-    ("training episodes", "frames", "train_success", "success"),
-    ("homes-val, easy", "frames", "val_success_easy", "success"),
+    ("training episodes, goals ever farther", "frames", "train_success", "success"),
+    ("homes-val, all", "frames", "val_success", "success"),
+    ("homes-val, hard", "frames", "val_success_hard", "success"),
     ("imitation: drives held out", "epoch", "accuracy", "agreement with the expert"),
 )
 """Title, what lies across, what goes up, and its name."""
@@ -159,9 +178,11 @@ def _drawn(stored: dict[str, Any]) -> bytes:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.0, 3.4), layout="constrained")
+    figure = Figure(figsize=(14.0, 3.4), layout="constrained")
     FigureCanvasAgg(figure)
-    for axes, (title, across, up, label) in zip(figure.subplots(1, 3), PANELS, strict=True):
+    for axes, (title, across, up, label) in zip(
+        figure.subplots(1, len(PANELS)), PANELS, strict=True
+    ):
         for name, one in stored.items():
             lines = [line for line in one["curve"] if across in line and up in line]
             if lines:
@@ -183,17 +204,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=("rollouts", "ray", "curves"))
     parser.add_argument("runs", nargs="*", type=Path)
-    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--seconds", type=float, default=2.0)
     parser.add_argument("--episodes", type=int, default=48)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--rounds", type=int)
     given = parser.parse_args()
     if given.what == "curves":
         curves(given.runs)
         return
     if given.what == "rollouts":
-        found = rollouts(given.seconds)
+        found = rollouts(given.rounds or 7, given.seconds)
     else:
-        found = ray_workers(given.rounds, given.episodes)
+        found = ray_workers(given.rounds or 2, given.episodes)
     print(json.dumps(dict(found.metrics), indent=1))
     write_benchmark(found, RESULTS)
 

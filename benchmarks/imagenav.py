@@ -50,10 +50,11 @@ class Run:
     """Difficulties."""
 
 
+LEARNED = ("il_rgbd", "target_rl_rgbd", "metric_map_rl_rgbd")
 RUNS = {
     "rgbd": Run(("nts_rgbd", "ans_rgbd", "frontier_rgbd", "random"), 28),
     "rgb": Run(("nts_rgb", "ans_rgb"), 28),
-    "learned": Run(("il_rgbd", "target_rl_rgbd", "metric_map_rl_rgbd", "random"), 28),
+    "learned": Run((*LEARNED, "il_rgb", "target_rl_rgb", "random"), 28),
     "nts": Run(("nts_rgbd", "nts_rgb"), 100),
     "goals": Run(
         ("nts_rgbd", "nts_no_graph_rgbd", "nts_no_score_rgbd"),
@@ -63,6 +64,8 @@ RUNS = {
     ),
     "no_noise": Run(("nts_rgbd", "ans_rgbd", "frontier_rgbd"), 14, ImageNavSettings(noise=False)),
     "no_stop": Run(("nts_rgbd", "ans_rgbd", "frontier_rgbd"), 14, ImageNavSettings(stop=False)),
+    "learned_no_noise": Run(LEARNED, 14, ImageNavSettings(noise=False)),
+    "learned_no_stop": Run(LEARNED, 14, ImageNavSettings(stop=False)),
     "oracle": Run(
         (
             "oracle",
