@@ -168,6 +168,16 @@ class PoseHypotheses:
         """Whether the likeliest pose has not come by its first room's door yet."""
         return bool(self._inside[self.best])
 
+    @property
+    def judged(self) -> float:
+        """Averaged log-odds that the likeliest pose is near the truth, since it was begun."""
+        return float(self._judged[self.best])
+
+    @property
+    def is_early(self) -> bool:
+        """Whether the robot, wherever it takes itself to be, may still be in its first room."""
+        return self._door is not None and self._driven_m < self.config.search_m
+
     def predict(self, step: Float[np.ndarray, " 3"]) -> None:
         """Move all by a dead-reckoned step: metres forward and left, radians turned."""
         self.filters.predict(np.tile(step, (len(self), 1)))
@@ -259,7 +269,7 @@ class PoseHypotheses:
         within = [np.full(1 + len(poses[1]), inside)]
         away_m = np.hypot(*(poses[1][:, :2] - at[:2]).T)
         weight = [np.array([-1.0]), -0.5 * (away_m / self.config.prior_m) ** 2]
-        if self._door is not None and self._driven_m < self.config.search_m:
+        if self.is_early:
             poses.append(_composed(self._starts, self._moved))
             has_left = self._have_left()
             seen_m = self._door_m + np.where(has_left, self._driven_m, 0.0)

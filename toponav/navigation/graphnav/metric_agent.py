@@ -26,6 +26,7 @@ from toponav.navigation.graphnav.hypotheses import AT_DOOR_M, PoseHypotheses
 from toponav.navigation.graphnav.metric_config import MetricAgentConfig
 from toponav.navigation.graphnav.node_belief import NodeBelief, doorsteps_m, first_door
 from toponav.navigation.graphnav.plan_keeping import PlanKeeping
+from toponav.navigation.graphnav.room_search import RoomSearch
 
 __all__ = ["MetricGraphNavAgent", "load_metric_agent"]
 
@@ -61,6 +62,8 @@ class MetricGraphNavAgent:
         self._pose_network, self._steering = pose_network.eval(), steering.eval()
         self._keeping: PlanKeeping | None = None
         self._detour = None if parts.detours is None else Detour(parts.detours)
+        self._search = None if parts.room_search is None else RoomSearch(parts.room_search)
+        self._planner = Detour(parts.detours)
         sizes = steering.config
         self._reduce = frame_reducer(camera, sizes)
         self._guard = DepthGuard(camera)
@@ -89,6 +92,8 @@ class MetricGraphNavAgent:
             self._keeping = PlanKeeping(task, self._arrays, between_m, self.config.plan_keeping)
         if self._detour is not None:
             self._detour.clear()
+        if self._search is not None:
+            self._search.clear()
         start = task.map.node(task.plan.nodes[0])
         yaw_rad = task.map.edge(task.plan.edges[0]).yaw_rad
         parts = self.config
@@ -128,6 +133,8 @@ class MetricGraphNavAgent:
                 self._avoidance.advance(step)
             if self._detour is not None:
                 self._detour.advance(step)
+            if self._search is not None:
+                self._search.advance(step)
             self._filter.predict(step[None])
             if self._hypotheses is not None:
                 self._hypotheses.predict(step)
@@ -177,6 +184,12 @@ class MetricGraphNavAgent:
             self._hypotheses.correct(self._local_map.view(config.far_cell_m))
             self._progress_m = self._hypotheses.progress_m
             self._is_inside = self._hypotheses.is_inside
+            if self._search is not None:
+                self._search.consider(
+                    self._hypotheses.restarts,
+                    self._hypotheses.judged,
+                    is_early=self._hypotheses.is_early,
+                )
             return
         if self._true_pose is not None:
             self._filter.pose[0] = self._true_pose
@@ -246,7 +259,14 @@ class MetricGraphNavAgent:
         return min(progress_m, self._door_m)
 
     def _way_on(self, believed: Float64[np.ndarray, " 3"], at_m: float) -> Velocity | None:
-        """What a robot does that gets nowhere: drive to the plan ahead past what it has seen."""
+        """What a robot does that is lost or gets nowhere: planned past what it has seen."""
+        cells, cell_m = Detour.view_shape()
+        obstacles = None if self._avoidance is None else self._avoidance.obstacles
+        if self._search is not None and self._search.is_on:
+            view = self._local_map.view(cell_m, cells)
+            unseen = self._search.target(view, cell_m)
+            if unseen is not None:
+                return self._planner.velocity(view, unseen, obstacles)
         if self._detour is None or not self._detour.is_on:
             return None
         ahead_m = at_m + _DETOUR_M
@@ -256,10 +276,8 @@ class MetricGraphNavAgent:
         x = float(np.interp(ahead_m, arc, points[:, 0])) - believed[0]
         y = float(np.interp(ahead_m, arc, points[:, 1])) - believed[1]
         c, s = math.cos(believed[2]), math.sin(believed[2])
-        cells, cell_m = Detour.view_shape()
-        view = self._local_map.view(cell_m, cells)
-        obstacles = None if self._avoidance is None else self._avoidance.obstacles
         target = np.array([x * c + y * s, -x * s + y * c])
+        view = self._local_map.view(cell_m, cells)
         return self._detour.velocity(view, target, obstacles)
 
     def _features(self, progress_m: float) -> Float32[np.ndarray, "1 features"]:

@@ -10,10 +10,11 @@ from toponav.navigation.graphnav.avoidance import AvoidanceConfig
 from toponav.navigation.graphnav.detour import DetourConfig
 from toponav.navigation.graphnav.hypotheses import HypothesesConfig
 from toponav.navigation.graphnav.plan_keeping import PlanKeepingConfig
+from toponav.navigation.graphnav.room_search import RoomSearchConfig
 
 __all__ = ["PARTS", "MetricAgentConfig"]
 
-PARTS: Final = ("avoidance", "hypotheses", "plan_keeping", "detours")
+PARTS: Final = ("avoidance", "hypotheses", "plan_keeping", "detours", "room_search")
 """What can be left out by name."""
 
 
@@ -29,6 +30,8 @@ class MetricAgentConfig:
             at the room's node.
         plan_keeping: How commands are bent towards the plan's own nodes; None leaves them.
         detours: When and how a robot that gets nowhere plans its way on; None never.
+        room_search: How a robot that is lost in its first room looks around; None never. It needs
+            hypotheses, and drives as on detours.
     """
 
     pose_filter: PoseFilterConfig | None = field(default_factory=PoseFilterConfig)
@@ -36,6 +39,7 @@ class MetricAgentConfig:
     hypotheses: HypothesesConfig | None = field(default_factory=HypothesesConfig)
     plan_keeping: PlanKeepingConfig | None = field(default_factory=PlanKeepingConfig)
     detours: DetourConfig | None = field(default_factory=DetourConfig)
+    room_search: RoomSearchConfig | None = field(default_factory=RoomSearchConfig)
 
     def without(self, parts: Collection[str]) -> "MetricAgentConfig":
         """The same without some parts.
