@@ -16,7 +16,7 @@ help:
 	@echo "make check   format, lint, types, imports, spelling"
 	@echo "make bench   frame rates and closed-loop speed, stored under benchmarks/results/"
 	@echo "make train-quick     preset best in a hurry (under three quarters of an hour)"
-	@echo "make train-best      preset best from nothing (about two and a half hours)"
+	@echo "make train-best      preset best from nothing (about three hours)"
 	@echo "make train-compact   data set and training of the shipped weights (about an hour)"
 
 $(VENV)/.created:

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# From nothing to preset `best`: about two and a half hours on two quiet cores. Each step resumes
+# From nothing to preset `best`: about three hours on two quiet cores. Each step resumes
 # where it was interrupted. See docs/best.md.
 #
 #   bash examples/train_best.sh [FOLDER]      (make train-best)
@@ -43,5 +43,13 @@ done
 "$toponav" train judge --data "$out/cache" "$out/cache1" "$out/part-cache" --start "$out/run" \
     --out "$out/judge" --threads "$threads" --seed 0
 
-# 6. What ships: half precision.
-"$toponav" train release "$out/judge" --out "$out/best"
+# 6. The robot itself drives there, and gets lost; it learns to judge from that as well.
+"$toponav" collect dagger --out "$out/part-round1" --weights "$out/judge" --agent graphnav_pf \
+    --expert-share 0.1 --episodes 350 --workers "$workers" --seed 71 \
+    --any-yaw-fraction 0.02 --episodes-per-building 5 --buildings "$out"/parts/*
+"$toponav" data prepare "$out/part-round1" --preset best --out "$out/part-cache1" --workers "$workers"
+"$toponav" train judge --data "$out/cache" "$out/cache1" "$out/part-cache" "$out/part-cache1" \
+    --start "$out/judge" --out "$out/judge1" --drives 350 --threads "$threads" --seed 0
+
+# 7. What ships: half precision.
+"$toponav" train release "$out/judge1" --out "$out/best"
