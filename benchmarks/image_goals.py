@@ -99,8 +99,8 @@ def ray_workers(rounds: int, episodes: int) -> Benchmark:
     times: dict[str, list[float]] = {}
     outcomes, loads = [], []
     with tempfile.TemporaryDirectory() as folder:
-        for number in range(rounds):
-            for engine in ("ray", "local"):
+        for engine in ("ray", "local"):
+            for number in range(rounds):
                 for workers in (1, 2) if number % 2 == 0 else (2, 1):
                     loads.append(round(os.getloadavg()[0], 2))
                     out = Path(folder) / f"{number}-{engine}-{workers}"
@@ -108,7 +108,7 @@ def ray_workers(rounds: int, episodes: int) -> Benchmark:
                     name = f"{engine}_{workers}_workers_s"
                     times.setdefault(name, []).append(round(seconds, 2))
                     outcomes.append(outcome)
-                    print(name, times[name][-1], flush=True)
+                    print(name, times[name][-1], "load average before", loads[-1], flush=True)
     assert all(one == outcomes[0] for one in outcomes), "engines must agree"
     figures = {name: float(np.median(found)) for name, found in times.items()}
     for engine in ("ray", "local"):
