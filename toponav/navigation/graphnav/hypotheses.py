@@ -65,7 +65,7 @@ class HypothesesConfig:
     """A robot that in so many steps..."""
     creep_m: float = 0.6
     """...has come no farther than this gets nowhere: perhaps it is elsewhere. It begins anew..."""
-    blamed: float = 1.5
+    blamed: float = 0.5
     """...unless its pose is judged better than this..."""
     penalty: float = 2.0
     """...and then believes in that pose less, by so much log-weight."""
