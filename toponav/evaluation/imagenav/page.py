@@ -43,10 +43,10 @@ h1 { font-size: clamp(30px, 4.6vw, 46px); line-height: 1.08; letter-spacing: -0.
 h2 { font-size: 25px; letter-spacing: -0.02em; margin: 56px 0 8px; }
 p { color: var(--muted); max-width: 760px; margin: 0 0 18px; }
 .yes { color: var(--good); } .no { color: var(--bad); }
-.facts { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr)); gap: 1px;
+.facts { display: flex; flex-wrap: wrap; gap: 1px;
   background: var(--rule); border: 1px solid var(--rule); border-radius: 14px; overflow: hidden;
   margin: 24px 0; }
-.facts div { background: var(--card); padding: 14px 18px; }
+.facts div { background: var(--card); padding: 14px 18px; flex: 1 1 114px; }
 .facts dt { color: var(--muted); font-size: 13.5px; }
 .facts dd { margin: 2px 0 0; font-size: 23px; font-weight: 640; }
 video, img { display: block; width: 100%; height: auto; border-radius: 12px; }
@@ -130,7 +130,7 @@ def _page(scene: Scene, record: ImageNavRecord, views: Sequence[StepView], title
             "Left to the goal",
             f"{goal.distance_m:.1f} m" if math.isfinite(goal.distance_m) else "-",
         ),
-        ("Rooms of the home", str(record.rooms)),
+        ("Rooms", str(record.rooms)),
     ]
     cells = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts)
     reason = f" It says: {escape(goal.reason)}." if goal.reason else ""
