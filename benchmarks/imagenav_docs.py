@@ -30,6 +30,7 @@ RESULTS = ROOT / "benchmarks" / "results" / "imagenav"
 PAGE = ROOT / "docs" / "nts.md"
 BUDGETS = (50, 100, 150, 200, 300, MAX_STEPS)
 ROOMS = ((5, 6), (7, 7), (8, 9))
+SENSORS = (("RGB-D", "rgbd", "nts_rgbd", "ans_rgbd"), ("RGB", "rgb", "nts_rgb", "ans_rgb"))
 TITLES = {
     "nts_rgbd": "NTS, RGB-D",
     "ans_rgbd": "Active Neural SLAM adapted, RGB-D",
@@ -163,15 +164,15 @@ def _within(row: Row, budget: int) -> float:
 def budgets() -> str:
     """Success within fewer steps: NTS and Active Neural SLAM on the same episodes."""
     rows = []
-    for run in ("rgbd", "rgb"):
-        pairs = _pairs(run, f"nts_{run}", f"ans_{run}")
+    for modality, run, first, second in SENSORS:
+        pairs = _pairs(run, first, second)
         levels = [ours["difficulty"] for ours, _ in pairs]
         for budget in BUDGETS:
             ours, theirs = (np.array([_within(pair[k], budget) for pair in pairs]) for k in (0, 1))
             ratio = ours.sum() / theirs.sum() if theirs.sum() else float("nan")
             rows.append(
                 [
-                    "RGB-D" if run == "rgbd" else "RGB",
+                    modality,
                     f"{budget}",
                     share(ours.mean()),
                     share(theirs.mean()),
@@ -185,8 +186,8 @@ def budgets() -> str:
 def rooms() -> str:
     """NTS and Active Neural SLAM by the number of rooms of the home."""
     rows = []
-    for run in ("rgbd", "rgb"):
-        pairs = _pairs(run, f"nts_{run}", f"ans_{run}")
+    for modality, run, first, second in SENSORS:
+        pairs = _pairs(run, first, second)
         for low, high in ROOMS:
             found = [pair for pair in pairs if low <= pair[0]["rooms"] <= high]
             if not found:
@@ -199,7 +200,6 @@ def rooms() -> str:
             spl = np.array([ours["spl"] - theirs["spl"] for ours, theirs in found])
             levels = [ours["difficulty"] for ours, _ in found]
             span = str(low) if low == high else f"{low} and {high}"
-            modality = "RGB-D" if run == "rgbd" else "RGB"
             rows.append([modality, span, str(len(found)), *mean, points(spl, levels)])
     return table(["", "rooms", "n", "NTS", "ANS", "SPL points, 95 %"], rows)
 
@@ -294,7 +294,7 @@ def written(page: str) -> str:
     """The page with its tables as they are stored."""
 
     def fill(match: re.Match[str]) -> str:
-        return f"{match[1]}\n{TABLES[match[2]]()}\n{match[3]}"
+        return f"{match[1]}\n\n{TABLES[match[2]]()}\n\n{match[3]}"
 
     return re.sub(r"(<!-- stored: (\w+) -->)\n.*?(<!-- end -->)", fill, page, flags=re.DOTALL)
 

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import re
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -24,6 +25,7 @@ def script(name: str) -> ModuleType:
 ABLATIONS = script("graphnav_ablations")
 AREAS = script("graphnav_areas")
 IMAGE_NAV = script("imagenav")
+IMAGE_NAV_PAGE = script("imagenav_docs")
 
 
 def write(path: Path, content: Any) -> Path:
@@ -113,3 +115,26 @@ def test_stored_runs_of_image_goals_share_what_is_finished_and_make_tables(
     table = (tmp_path / "out" / "tables.md").read_text()
     assert "Shortest path" in table
     assert IMAGE_NAV.main(["nonsense"]) == 2
+
+
+def test_the_page_of_image_goals_shows_what_is_stored() -> None:
+    page = IMAGE_NAV_PAGE.PAGE.read_text("utf-8")
+    assert IMAGE_NAV_PAGE.written(page) == page
+    shown = set(re.findall(r"<!-- stored: (\w+) -->", page))
+    assert shown == IMAGE_NAV_PAGE.TABLES.keys()
+
+
+def test_a_table_of_the_page_that_drifted_is_noticed_and_written_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = tmp_path / "nts.md"
+    page.write_text("before\n<!-- stored: episodes -->\n| old |\n<!-- end -->\nafter\n")
+    monkeypatch.setattr(IMAGE_NAV_PAGE, "PAGE", page)
+    assert IMAGE_NAV_PAGE.main(["--check"]) == 1
+    assert IMAGE_NAV_PAGE.main([]) == 0
+    assert IMAGE_NAV_PAGE.main(["--check"]) == 0
+    text = page.read_text()
+    assert text.startswith("before\n")
+    assert text.endswith("after\n")
+    assert "| hard | " in text
+    assert "old" not in text
