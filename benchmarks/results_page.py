@@ -34,7 +34,17 @@ PICTURE = ROOT / "docs" / "images" / "graphnav-training.png"
 CURVES = RESULTS / "graphnav_curves.json"
 WEIGHTS = ROOT / "toponav" / "weights"
 AREAS = ("area_1", "area_5b", "area_6", "area_3")
-IMAGE_NAV_RUNS = ("rgbd", "rgb", "learned", "no_stop", "no_noise", "goals", "sliding")
+IMAGE_NAV_RUNS = (
+    "rgbd",
+    "rgb",
+    "learned",
+    "no_stop",
+    "learned_no_stop",
+    "no_noise",
+    "learned_no_noise",
+    "goals",
+    "sliding",
+)
 TOP = """# Results
 
 Laid out by `python benchmarks/results_page.py` from the runs in `benchmarks/results`; nothing is
