@@ -1,20 +1,14 @@
 """The README's numbers are those of the stored runs."""
 
-import importlib.util
 import json
-from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
+from tests.benchmark_script import ROOT, script
+
 PROBES = {"teacher_forced", "own_belief"}
 
 
 def test_the_readme_shows_the_table_of_the_stored_runs() -> None:
-    path = ROOT / "benchmarks" / "graphnav_areas.py"
-    spec = importlib.util.spec_from_file_location("graphnav_areas", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = script("graphnav_areas")
     table = module.table()
     stored = [
         json.loads((module.RESULTS / area / "results.json").read_text())["agents"]

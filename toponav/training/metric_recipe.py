@@ -3,7 +3,7 @@
 import hashlib
 import io
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -105,7 +105,8 @@ def train_judge(
                 report(f"searches {number + 1} of {len(sets)}", done, count, {})
 
         key = f"{metadata['from_sha256']} {data_digest(one.data)} {drives} {config.seed}"
-        places.append(_places(one, before, out / f"places_{number}.npz", key, drives, told))
+        path_of = out / f"places_{number}.npz"
+        places.append(_places(one, before, path_of, key, drives, config.seed, told))
     torch.manual_seed(config.seed)
     for path in start.glob("steering.*"):
         if path.is_file() and not (out / path.name).exists():
@@ -153,7 +154,7 @@ def _pose_network(path: Path) -> PoseNetwork:
         raise InputError(
             f"this is a network for {network.kind}, not for poses",
             where=str(path),
-            remedy="give `--pose` a folder that `toponav train best` wrote",
+            remedy="give a folder that `toponav train best` wrote",
         )
     return network
 
@@ -172,20 +173,35 @@ def _able_to_judge(network: PoseNetwork, preset: BestPreset) -> PoseNetwork:
 
 
 def _places(
-    one: MetricData, network: PoseNetwork, path: Path, key: str, drives: int, report: Any
+    one: MetricData,
+    network: PoseNetwork,
+    path: Path,
+    key: str,
+    drives: int,
+    seed: int,
+    report: Any,
 ) -> PlaceSamples:
     """Read what an earlier run with the same network and data stored, or search."""
-    stamp = path.with_suffix(".key")
-    if not (path.is_file() and stamp.is_file() and stamp.read_text() == key):
-        rng = np.random.default_rng(0)
+
+    def search() -> PlaceSamples:
+        rng = np.random.default_rng(seed)
         chosen = np.sort(rng.permutation(one.data.trajectories)[:drives])
-        made = replay_hypotheses(one, network, rng, trajectories=chosen, on_progress=report)
-        buffer = io.BytesIO()
-        np.savez(buffer, allow_pickle=False, row=made.row, pose=made.pose, bounds_m=made.bounds_m)
-        write_atomically(path, buffer.getvalue())
-        write_atomically(stamp, key.encode())
+        return replay_hypotheses(one, network, rng, trajectories=chosen, on_progress=report)
+
+    _store_once(path, key, search)
     wanted = {"row": ("<i8", (None,)), "pose": ("<f4", (None, 3)), "bounds_m": ("<f4", (None, 2))}
     return PlaceSamples(**read_npz(path, wanted, remedy=f"delete {path}"))
+
+
+def _store_once(path: Path, key: str, make: Callable[[], PlaceSamples | ReplayedBeliefs]) -> None:
+    """Make and store arrays, unless they are there, made with the same key."""
+    stamp = path.with_suffix(".key")
+    if path.is_file() and stamp.is_file() and stamp.read_text() == key:
+        return
+    buffer = io.BytesIO()
+    np.savez(buffer, allow_pickle=False, **vars(make()))
+    write_atomically(path, buffer.getvalue())
+    write_atomically(stamp, key.encode())
 
 
 def _described(sets: Sequence[MetricData], preset: BestPreset) -> tuple[dict[str, Any], str]:
@@ -200,15 +216,7 @@ def _beliefs(
 ) -> ReplayedBeliefs:
     """Read what an earlier run with the same network and data stored, or replay it."""
     key = hashlib.sha256((pose_sha256 + data_digest(one.data)).encode()).hexdigest()
-    stamp = path.with_suffix(".key")
-    if not (path.is_file() and stamp.is_file() and stamp.read_text() == key):
-        made = replay_beliefs(one, network, on_progress=report)
-        buffer = io.BytesIO()
-        np.savez(
-            buffer, allow_pickle=False, pose=made.pose, std=made.std, progress_m=made.progress_m
-        )
-        write_atomically(path, buffer.getvalue())
-        write_atomically(stamp, key.encode())
+    _store_once(path, key, lambda: replay_beliefs(one, network, on_progress=report))
     rows = len(one)
     wanted = {
         "pose": ("<f4", (rows, 3)),

@@ -63,7 +63,7 @@ class MetricGraphNavAgent:
         self._keeping: PlanKeeping | None = None
         self._detour = None if parts.detours is None else Detour(parts.detours)
         self._search = None if parts.room_search is None else RoomSearch(parts.room_search)
-        self._planner = Detour(parts.detours)
+        self._planner = self._detour or Detour()
         sizes = steering.config
         self._reduce = frame_reducer(camera, sizes)
         self._guard = DepthGuard(camera)

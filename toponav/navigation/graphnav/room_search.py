@@ -36,14 +36,14 @@ class RoomSearchConfig:
     """The floor so near to the robot is seen, though its camera cannot see it."""
     least_m: float = 0.5
     """Edges of what was seen that are shorter than this are gaps, not ways."""
-    near_m: float = 0.6
-    """An edge so near has been reached: farther ones are looked at first."""
     farthest_m: float = 5.5
     """Edges farther away are not gone to."""
     turn_cost_m: float = 0.5
     """Metres that a radian of turning counts for."""
+    near_m: float = 0.6
+    """Edges so near to the last one are taken for the same..."""
     keep_m: float = 0.8
-    """Edges near the last one count for so much less."""
+    """...and cost so much less than others."""
     look_steps: int = 3
     """The edges are looked for anew after so many steps."""
 
