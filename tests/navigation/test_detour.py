@@ -38,9 +38,29 @@ def test_robot_that_drives_is_left_alone():
 def test_robot_that_stands_goes_on_a_detour_which_ends():
     detour = watched(STAND, DetourConfig().soon_steps + 1)
     assert detour.is_on
-    for _ in range(DetourConfig().lasts_steps):
+    for _ in range(DetourConfig().least_steps):
         detour.advance(DRIVE)
     assert not detour.is_on
+
+
+def test_detour_lasts_until_it_has_led_the_robot_on():
+    """Ended sooner, the network turns it back to where it got nowhere."""
+    detour = watched(STAND, DetourConfig().soon_steps + 1)
+    for _ in range(DetourConfig().least_steps + 1):
+        detour.advance(STAND)
+    assert detour.is_on
+    for _ in range(9):
+        detour.advance(DRIVE)
+    assert not detour.is_on
+
+
+def test_detour_that_leads_nowhere_ends():
+    detour = watched(STAND, DetourConfig().soon_steps + 1)
+    steps = 0
+    while detour.is_on:
+        detour.advance(STAND)
+        steps += 1
+    assert steps == DetourConfig().most_steps
 
 
 def test_robot_that_drives_in_a_small_circle_gets_nowhere():

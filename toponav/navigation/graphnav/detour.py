@@ -37,8 +37,12 @@ class DetourConfig:
     """so does one that after so many..."""
     late_m: float = 0.45
     """...is no farther than this."""
-    lasts_steps: int = 25
-    """For so many steps it follows its own plan."""
+    least_steps: int = 25
+    """For so many steps it follows its own plan, and on,"""
+    leads_m: float = 0.8
+    """until it is so far from where it got nowhere,"""
+    most_steps: int = 60
+    """or for so many."""
     clearance_m: float = 0.2
     """From obstacles, to the middle of the robot."""
     wide_m: float = 0.45
@@ -70,13 +74,14 @@ class Detour:
         self.config = config or DetourConfig()
         self._trail: deque[tuple[float, float]] = deque(maxlen=self.config.late_steps + 1)
         self._place = np.zeros(3)
-        self._left_steps = 0
+        self._began: tuple[float, float] | None = None
+        self._steps = 0
 
     def clear(self) -> None:
         """Forget everything: an episode begins."""
         self._trail.clear()
         self._place[:] = 0.0
-        self._left_steps = 0
+        self._began = None
 
     def advance(self, step: Float[np.ndarray, " 3"]) -> None:
         """The robot moved by this: metres forward and left, radians turned."""
@@ -84,17 +89,20 @@ class Detour:
         self._place[0] += step[0] * math.cos(middle) - step[1] * math.sin(middle)
         self._place[1] += step[0] * math.sin(middle) + step[1] * math.cos(middle)
         self._place[2] += step[2]
-        self._trail.append((float(self._place[0]), float(self._place[1])))
-        if self._left_steps:
-            self._left_steps -= 1
+        here = (float(self._place[0]), float(self._place[1]))
+        self._trail.append(here)
+        if self._began is not None:
+            self._steps += 1
+            if self._has_led(here):
+                self._began = None
         elif self._gets_nowhere():
-            self._left_steps = self.config.lasts_steps
+            self._began, self._steps = here, 0
             self._trail.clear()
 
     @property
     def is_on(self) -> bool:
         """Whether the robot should follow its own plan now."""
-        return self._left_steps > 0
+        return self._began is not None
 
     def velocity(
         self,
@@ -170,6 +178,14 @@ class Detour:
         now_m = np.linalg.norm(near, axis=1)
         limit_m = np.minimum(self.config.clearance_m, now_m - 0.005)
         return np.asarray((away_m >= limit_m[:, None]).all(axis=0))
+
+    def _has_led(self, here: tuple[float, float]) -> bool:
+        """Whether this detour is over: the network would turn back from a shorter one."""
+        assert self._began is not None
+        if self._steps < self.config.least_steps:
+            return False
+        is_on = math.dist(here, self._began) >= self.config.leads_m
+        return is_on or self._steps >= self.config.most_steps
 
     def _gets_nowhere(self) -> bool:
         config = self.config
