@@ -23,6 +23,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from toponav.core.files import write_atomically
+from toponav.core.imagenav import DIFFICULTIES
 from toponav.evaluation.benchmarks.record import Benchmark, write_benchmark
 from toponav.evaluation.imagenav.runner import ImageNavConfig, evaluate_image_nav
 from toponav.evaluation.imagenav.worker import ImageNavSettings
@@ -33,8 +34,8 @@ RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parent.parent / "docs" / "images" / "image_goal_curves.png"
 HOMES, ROBOTS, SEED = 4, 16, 0
 """Homes that robots run in here: what is measured is stepping, not making homes."""
-AGENT, MAX_STEPS = "il_rgbd", 200
-"""Who drives where workers are counted, and for how long at most."""
+AGENT, MAX_STEPS, LEVELS = "il_rgbd", 200, DIFFICULTIES[1:]
+"""Who drives where workers are counted, for how long at most, and how difficult episodes are."""
 TIMES = re.compile(r"_(s|ms)$")
 """Columns of episodes that differ from run to run."""
 
@@ -117,7 +118,7 @@ def ray_workers(rounds: int, episodes: int) -> Benchmark:
     settings = {
         "agent": AGENT,
         "suite": "homes-val",
-        "level": "medium",
+        "levels": list(LEVELS),
         "episodes": episodes,
         "max_steps": MAX_STEPS,
         "seed": SEED,
@@ -135,7 +136,7 @@ def _timed(out: Path, engine: Any, workers: int, episodes: int) -> tuple[float, 
             (AGENT,),
             out,
             suite="homes-val",
-            levels=("medium",),
+            levels=LEVELS,
             episodes=episodes,
             settings=ImageNavSettings(seed=SEED, max_steps=MAX_STEPS),
             workers=workers,
@@ -205,7 +206,7 @@ def main() -> None:
     parser.add_argument("what", choices=("rollouts", "ray", "curves"))
     parser.add_argument("runs", nargs="*", type=Path)
     parser.add_argument("--seconds", type=float, default=2.0)
-    parser.add_argument("--episodes", type=int, default=48)
+    parser.add_argument("--episodes", type=int, default=84, help="of each difficulty")
     parser.add_argument("--rounds", type=int)
     given = parser.parse_args()
     if given.what == "curves":

@@ -2,6 +2,9 @@
 
 import dataclasses
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -247,3 +250,24 @@ def test_grid_and_packets_agree_on_a_real_floor(areas_dir) -> None:
         differing += int((np.abs(grid.render(pose) - packet.render(pose)) > 2e-3).sum())
     # A pixel in ten thousand may graze an edge.
     assert differing <= 40 * 80 * 60 // 10_000
+
+
+@pytest.mark.skipif(not packets.packets_available(), reason="needs embreex")
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="counts threads as Linux does")
+def test_many_buildings_leave_no_thread_behind():
+    """Embree's scheduler spins on a core of its own where a process has several devices."""
+    program = (
+        "import os\n"
+        "from tests.sim.buildings import furnished_room\n"
+        "from toponav.core.camera import PinholeCamera\n"
+        "from toponav.sim.render.packets import PacketsRenderer\n"
+        "def threads(): return len(os.listdir('/proc/self/task'))\n"
+        "first = PacketsRenderer(furnished_room(), PinholeCamera(width=15, height=10))\n"
+        "before = threads()\n"
+        "others = [PacketsRenderer(furnished_room(), first.camera) for _ in range(3)]\n"
+        "print(threads() - before)\n"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert found.stdout.split() == ["0"]

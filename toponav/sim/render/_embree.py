@@ -45,7 +45,6 @@ def load_library() -> ctypes.CDLL | None:
     pointer, size, number = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint
     signatures = {
         "rtcNewDevice": (pointer, [ctypes.c_char_p]),
-        "rtcReleaseDevice": (None, [pointer]),
         "rtcGetDeviceProperty": (ctypes.c_ssize_t, [pointer, ctypes.c_int]),
         "rtcGetDeviceError": (ctypes.c_int, [pointer]),
         "rtcNewScene": (pointer, [pointer]),
@@ -73,6 +72,18 @@ def load_library() -> ctypes.CDLL | None:
     return library
 
 
+@cache
+def _device() -> int:
+    """The one device of this process, for all scenes.
+
+    With a second device of one thread, a thread of Embree's scheduler spins until every device is
+    released: it takes a processor core for as long as there are cameras (embreex 4.4, on Linux).
+    """
+    library = load_library()
+    assert library is not None, "callers ask packets_available() first"
+    return int(library.rtcNewDevice(b"threads=1"))
+
+
 class EmbreeScene:
     """Triangles ready to be hit by packets of rays.
 
@@ -97,7 +108,7 @@ class EmbreeScene:
     ) -> None:
         library = load_library()
         assert library is not None, "callers ask packets_available() first"
-        device = library.rtcNewDevice(b"threads=1")
+        device = _device()
         scene = library.rtcNewScene(device)
         library.rtcSetSceneFlags(scene, _ROBUST if robust else 0)
         geometry = library.rtcNewGeometry(device, _TRIANGLE)
@@ -114,7 +125,7 @@ class EmbreeScene:
         library.rtcAttachGeometry(scene, geometry)
         library.rtcReleaseGeometry(geometry)
         library.rtcCommitScene(scene)
-        self._release = weakref.finalize(self, _release, library, scene, device)
+        self._release = weakref.finalize(self, library.rtcReleaseScene, scene)
         error = library.rtcGetDeviceError(device)
         if error:
             raise RuntimeError(f"Embree could not build the scene: error {error}")
@@ -129,8 +140,3 @@ class EmbreeScene:
         self.function = ctypes.cast(function, ctypes.c_void_p).value or 0
         self.scene = int(scene)
         self.arguments = ctypes.addressof(self._arguments)
-
-
-def _release(library: ctypes.CDLL, scene: int, device: int) -> None:
-    library.rtcReleaseScene(scene)
-    library.rtcReleaseDevice(device)
