@@ -22,7 +22,7 @@ _SEED_M: Final = 0.35
 _LOOK_M: Final = 0.35
 _BEARINGS_RAD: Final = np.radians(np.arange(-180, 180, 10))
 _BEARING_COST: Final = 0.3
-_STANDING_RAD: Final = 0.45
+_STANDING_RAD: Final = 0.6
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class DetourConfig:
     """A robot that after so many steps..."""
     soon_m: float = 0.15
     """...is no farther than this from where it was gets nowhere;"""
-    late_steps: int = 35
+    late_steps: int = 28
     """so does one that after so many..."""
-    late_m: float = 0.45
+    late_m: float = 0.4
     """...is no farther than this."""
     least_steps: int = 25
     """For so many steps it follows its own plan, and on,"""
@@ -51,7 +51,7 @@ class DetourConfig:
     """Unknown places count as free, but slower."""
     speed_m_s: float = 0.3
     """Of the robot on a detour."""
-    turn_gain: float = 1.6
+    turn_gain: float = 2.0
     """Turn rate for a heading error of a radian."""
 
     def __post_init__(self) -> None:
@@ -163,7 +163,7 @@ class Detour:
         if not np.isfinite(cost[best]):
             return None
         bearing = float(_BEARINGS_RAD[best])
-        turn = max(-1.0, min(1.0, self.config.turn_gain * bearing))
+        turn = max(-1.4, min(1.4, self.config.turn_gain * bearing))
         share = max(0.0, 1.0 - abs(bearing) / _STANDING_RAD)
         return Velocity(self.config.speed_m_s * share, turn)
 
