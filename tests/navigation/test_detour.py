@@ -91,6 +91,24 @@ def test_wall_before_the_target_is_driven_round():
     assert right.angular_rad_s < -0.2
 
 
+def test_way_once_chosen_is_kept_where_another_is_about_as_long():
+    """As more is seen, now one is shorter and now the other: the robot would turn to and fro."""
+    a_little_right = view_of((0.7, 0.9, -1.3, 1.5))
+    a_little_left = view_of((0.7, 0.9, -1.5, 1.3))
+    target = np.array([2.0, 0.0])
+    detour = Detour()
+    fresh = detour.velocity(a_little_left, target)
+    assert fresh is not None
+    assert fresh.angular_rad_s > 0.2
+    detour.clear()
+    assert detour.velocity(a_little_right, target).angular_rad_s < -0.2
+    detour.advance(STAND)
+    assert detour.velocity(a_little_left, target).angular_rad_s < -0.2
+    detour.advance(STAND)
+    detour.advance(STAND)
+    assert detour.velocity(a_little_left, target).angular_rad_s > 0.2
+
+
 def test_point_close_ahead_is_left_to_one_side():
     """The grid is too coarse to say how to get round a chair's leg that is nearly touched."""
     leg = np.array([[0.17, 0.12]])

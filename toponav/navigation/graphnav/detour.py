@@ -21,8 +21,9 @@ _OCCUPIED, _UNKNOWN = 10, 7
 _SEED_M: Final = 0.35
 _LOOK_M: Final = 0.35
 _BEARINGS_RAD: Final = np.radians(np.arange(-180, 180, 10))
-_BEARING_COST: Final = 0.3
-_STANDING_RAD: Final = 0.6
+_BEARING_COST, _CHANGE_COST = 0.3, 5.0
+"""Of a radian away from where it looks, and from where it last went, in cells of free way."""
+_STANDING_RAD, _TURN_RAD_S = 0.6, 1.4
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,9 @@ class DetourConfig:
     """A robot that after so many steps..."""
     soon_m: float = 0.15
     """...is no farther than this from where it was gets nowhere;"""
-    late_steps: int = 28
+    late_steps: int = 35
     """so does one that after so many..."""
-    late_m: float = 0.4
+    late_m: float = 0.45
     """...is no farther than this."""
     least_steps: int = 25
     """For so many steps it follows its own plan, and on,"""
@@ -76,12 +77,15 @@ class Detour:
         self._place = np.zeros(3)
         self._began: tuple[float, float] | None = None
         self._steps = 0
+        self._heading_rad: float | None = None
+        self._is_followed = False
 
     def clear(self) -> None:
         """Forget everything: an episode begins."""
         self._trail.clear()
         self._place[:] = 0.0
         self._began = None
+        self._heading_rad = None
 
     def advance(self, step: Float[np.ndarray, " 3"]) -> None:
         """The robot moved by this: metres forward and left, radians turned."""
@@ -89,6 +93,9 @@ class Detour:
         self._place[0] += step[0] * math.cos(middle) - step[1] * math.sin(middle)
         self._place[1] += step[0] * math.sin(middle) + step[1] * math.cos(middle)
         self._place[2] += step[2]
+        if not self._is_followed:
+            self._heading_rad = None
+        self._is_followed = False
         here = (float(self._place[0]), float(self._place[1]))
         self._trail.append(here)
         if self._began is not None:
@@ -158,12 +165,19 @@ class Detour:
         ends = _LOOK_M * np.stack([np.cos(_BEARINGS_RAD), np.sin(_BEARINGS_RAD)], axis=1)
         row, col = np.rint(ends / _CELL_M + robot).astype(int).T
         cost = time[row, col] + _BEARING_COST * np.abs(_BEARINGS_RAD)
+        if self._heading_rad is not None:
+            # Two ways round that are about as long would take turns as more of them is seen.
+            change_rad = _BEARINGS_RAD + self._place[2] - self._heading_rad
+            cost += _CHANGE_COST * np.abs(
+                np.remainder(change_rad + math.pi, 2 * math.pi) - math.pi
+            )
         cost[~self._is_clear(ends, points)] = np.inf
         best = int(np.argmin(cost))
         if not np.isfinite(cost[best]):
             return None
         bearing = float(_BEARINGS_RAD[best])
-        turn = max(-1.4, min(1.4, self.config.turn_gain * bearing))
+        self._heading_rad, self._is_followed = float(self._place[2]) + bearing, True
+        turn = max(-_TURN_RAD_S, min(_TURN_RAD_S, self.config.turn_gain * bearing))
         share = max(0.0, 1.0 - abs(bearing) / _STANDING_RAD)
         return Velocity(self.config.speed_m_s * share, turn)
 
