@@ -38,9 +38,29 @@ def test_robot_that_drives_is_left_alone():
 def test_robot_that_stands_goes_on_a_detour_which_ends():
     detour = watched(STAND, DetourConfig().soon_steps + 1)
     assert detour.is_on
-    for _ in range(DetourConfig().lasts_steps):
+    for _ in range(DetourConfig().least_steps):
         detour.advance(DRIVE)
     assert not detour.is_on
+
+
+def test_detour_lasts_until_it_has_led_the_robot_on():
+    """Ended sooner, the network turns it back to where it got nowhere."""
+    detour = watched(STAND, DetourConfig().soon_steps + 1)
+    for _ in range(DetourConfig().least_steps + 1):
+        detour.advance(STAND)
+    assert detour.is_on
+    for _ in range(9):
+        detour.advance(DRIVE)
+    assert not detour.is_on
+
+
+def test_detour_that_leads_nowhere_ends():
+    detour = watched(STAND, DetourConfig().soon_steps + 1)
+    steps = 0
+    while detour.is_on:
+        detour.advance(STAND)
+        steps += 1
+    assert steps == DetourConfig().most_steps
 
 
 def test_robot_that_drives_in_a_small_circle_gets_nowhere():
@@ -69,6 +89,24 @@ def test_wall_before_the_target_is_driven_round():
     assert right is not None
     assert left.angular_rad_s > 0.2
     assert right.angular_rad_s < -0.2
+
+
+def test_way_once_chosen_is_kept_where_another_is_about_as_long():
+    """As more is seen, now one is shorter and now the other: the robot would turn to and fro."""
+    a_little_right = view_of((0.7, 0.9, -1.3, 1.5))
+    a_little_left = view_of((0.7, 0.9, -1.5, 1.3))
+    target = np.array([2.0, 0.0])
+    detour = Detour()
+    fresh = detour.velocity(a_little_left, target)
+    assert fresh is not None
+    assert fresh.angular_rad_s > 0.2
+    detour.clear()
+    assert detour.velocity(a_little_right, target).angular_rad_s < -0.2
+    detour.advance(STAND)
+    assert detour.velocity(a_little_left, target).angular_rad_s < -0.2
+    detour.advance(STAND)
+    detour.advance(STAND)
+    assert detour.velocity(a_little_left, target).angular_rad_s > 0.2
 
 
 def test_point_close_ahead_is_left_to_one_side():

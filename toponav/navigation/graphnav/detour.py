@@ -21,8 +21,9 @@ _OCCUPIED, _UNKNOWN = 10, 7
 _SEED_M: Final = 0.35
 _LOOK_M: Final = 0.35
 _BEARINGS_RAD: Final = np.radians(np.arange(-180, 180, 10))
-_BEARING_COST: Final = 0.3
-_STANDING_RAD: Final = 0.45
+_BEARING_COST, _CHANGE_COST = 0.3, 5.0
+"""Of a radian away from where it looks, and from where it last went, in cells of free way."""
+_STANDING_RAD, _TURN_RAD_S = 0.6, 1.4
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,12 @@ class DetourConfig:
     """so does one that after so many..."""
     late_m: float = 0.45
     """...is no farther than this."""
-    lasts_steps: int = 25
-    """For so many steps it follows its own plan."""
+    least_steps: int = 25
+    """For so many steps it follows its own plan, and on,"""
+    leads_m: float = 0.8
+    """until it is so far from where it got nowhere,"""
+    most_steps: int = 60
+    """or for so many."""
     clearance_m: float = 0.2
     """From obstacles, to the middle of the robot."""
     wide_m: float = 0.45
@@ -47,7 +52,7 @@ class DetourConfig:
     """Unknown places count as free, but slower."""
     speed_m_s: float = 0.3
     """Of the robot on a detour."""
-    turn_gain: float = 1.6
+    turn_gain: float = 2.0
     """Turn rate for a heading error of a radian."""
 
     def __post_init__(self) -> None:
@@ -70,13 +75,17 @@ class Detour:
         self.config = config or DetourConfig()
         self._trail: deque[tuple[float, float]] = deque(maxlen=self.config.late_steps + 1)
         self._place = np.zeros(3)
-        self._left_steps = 0
+        self._began: tuple[float, float] | None = None
+        self._steps = 0
+        self._heading_rad: float | None = None
+        self._is_followed = False
 
     def clear(self) -> None:
         """Forget everything: an episode begins."""
         self._trail.clear()
         self._place[:] = 0.0
-        self._left_steps = 0
+        self._began = None
+        self._heading_rad = None
 
     def advance(self, step: Float[np.ndarray, " 3"]) -> None:
         """The robot moved by this: metres forward and left, radians turned."""
@@ -84,17 +93,23 @@ class Detour:
         self._place[0] += step[0] * math.cos(middle) - step[1] * math.sin(middle)
         self._place[1] += step[0] * math.sin(middle) + step[1] * math.cos(middle)
         self._place[2] += step[2]
-        self._trail.append((float(self._place[0]), float(self._place[1])))
-        if self._left_steps:
-            self._left_steps -= 1
+        if not self._is_followed:
+            self._heading_rad = None
+        self._is_followed = False
+        here = (float(self._place[0]), float(self._place[1]))
+        self._trail.append(here)
+        if self._began is not None:
+            self._steps += 1
+            if self._has_led(here):
+                self._began = None
         elif self._gets_nowhere():
-            self._left_steps = self.config.lasts_steps
+            self._began, self._steps = here, 0
             self._trail.clear()
 
     @property
     def is_on(self) -> bool:
         """Whether the robot should follow its own plan now."""
-        return self._left_steps > 0
+        return self._began is not None
 
     def velocity(
         self,
@@ -150,12 +165,19 @@ class Detour:
         ends = _LOOK_M * np.stack([np.cos(_BEARINGS_RAD), np.sin(_BEARINGS_RAD)], axis=1)
         row, col = np.rint(ends / _CELL_M + robot).astype(int).T
         cost = time[row, col] + _BEARING_COST * np.abs(_BEARINGS_RAD)
+        if self._heading_rad is not None:
+            # Two ways round that are about as long would take turns as more of them is seen.
+            change_rad = _BEARINGS_RAD + self._place[2] - self._heading_rad
+            cost += _CHANGE_COST * np.abs(
+                np.remainder(change_rad + math.pi, 2 * math.pi) - math.pi
+            )
         cost[~self._is_clear(ends, points)] = np.inf
         best = int(np.argmin(cost))
         if not np.isfinite(cost[best]):
             return None
         bearing = float(_BEARINGS_RAD[best])
-        turn = max(-1.0, min(1.0, self.config.turn_gain * bearing))
+        self._heading_rad, self._is_followed = float(self._place[2]) + bearing, True
+        turn = max(-_TURN_RAD_S, min(_TURN_RAD_S, self.config.turn_gain * bearing))
         share = max(0.0, 1.0 - abs(bearing) / _STANDING_RAD)
         return Velocity(self.config.speed_m_s * share, turn)
 
@@ -170,6 +192,14 @@ class Detour:
         now_m = np.linalg.norm(near, axis=1)
         limit_m = np.minimum(self.config.clearance_m, now_m - 0.005)
         return np.asarray((away_m >= limit_m[:, None]).all(axis=0))
+
+    def _has_led(self, here: tuple[float, float]) -> bool:
+        """Whether this detour is over: the network would turn back from a shorter one."""
+        assert self._began is not None
+        if self._steps < self.config.least_steps:
+            return False
+        is_on = math.dist(here, self._began) >= self.config.leads_m
+        return is_on or self._steps >= self.config.most_steps
 
     def _gets_nowhere(self) -> bool:
         config = self.config

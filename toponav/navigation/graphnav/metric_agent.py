@@ -90,8 +90,7 @@ class MetricGraphNavAgent:
         self._is_inside = self._door is not None
         if self.config.plan_keeping is not None:
             self._keeping = PlanKeeping(task, self._arrays, between_m, self.config.plan_keeping)
-        if self._detour is not None:
-            self._detour.clear()
+        self._planner.clear()
         if self._search is not None:
             self._search.clear()
         start = task.map.node(task.plan.nodes[0])
@@ -131,8 +130,7 @@ class MetricGraphNavAgent:
             self._local_map.advance(step)
             if self._avoidance is not None:
                 self._avoidance.advance(step)
-            if self._detour is not None:
-                self._detour.advance(step)
+            self._planner.advance(step)
             if self._search is not None:
                 self._search.advance(step)
             self._filter.predict(step[None])
