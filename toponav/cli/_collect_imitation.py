@@ -21,7 +21,7 @@ def collect_imitation(
     modality: Literal["rgb", "rgbd"] = "rgbd",
     homes_folder: Path | None = None,
     learner: str | None = None,
-    learner_name: str = "il_rgbd",
+    learner_name: str | None = None,
     expert_share: float = 0.3,
     seed: int = 0,
     workers: int = 1,
@@ -46,7 +46,7 @@ def collect_imitation(
             drives of the other, whose panoramas have another size.
         homes_folder: Keep the homes here, so that another run need not make them again.
         learner: Folder of weights that drive beside the expert.
-        learner_name: Which policy of that folder.
+        learner_name: Which policy of that folder; that of imitation when left out.
         expert_share: Share of the time that the expert drives beside a learner.
         seed: Seed of the drives; give every round of DAgger its own.
         workers: Processes.
@@ -69,7 +69,7 @@ def collect_imitation(
         depth=modality == "rgbd",
         seed=seed,
         learner=learner,
-        learner_name=learner_name,
+        learner_name=learner_name or f"il_{modality}",
         expert_share=expert_share,
     )
     with progress("homes") as update:

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from tests.training.image_goals.corridor import corridor
+from toponav.cli._collect_imitation import collect_imitation
 from toponav.core.errors import InputError
 from toponav.core.geometry import Pose2
 from toponav.core.imagenav import Action
@@ -72,6 +73,11 @@ def test_a_learner_drives_where_the_expert_says_what_to_do(tmp_path: Path) -> No
     done = home.sensors[1:, :4].argmax(1)
     assert (done != home.action[:-1]).any()
     assert not (done == Action.STOP).any()
+
+
+def test_the_learner_is_the_imitator_of_the_modality(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"have no il_rgb\b"):
+        collect_imitation(out=tmp_path / "round", homes=1, modality="rgb", learner=str(tmp_path))
 
 
 def test_the_expert_finds_out_of_where_no_path_leads() -> None:
