@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Preset `best` in a hurry: a third of the drives, no DAgger rounds, a third of the training.
-# Under three quarters of an hour on two quiet cores. See docs/best.md for what it costs.
+# About three quarters of an hour on two cores. See docs/best.md for what it costs.
 #
 #   bash examples/train_quick.sh [FOLDER]      (make train-quick)
 set -euo pipefail
