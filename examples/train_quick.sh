@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Preset `best` in a hurry: a third of the drives, no DAgger rounds, a third of the training.
+# Preset `best` in a hurry: a fifth of the drives, no DAgger rounds, half the epochs.
 # About three quarters of an hour on two cores. See docs/best.md for what it costs.
 #
 #   bash examples/train_quick.sh [FOLDER]      (make train-quick)
