@@ -53,7 +53,7 @@ class Run:
 
 LEARNED = ("il_rgbd", "target_rl_rgbd", "metric_map_rl_rgbd")
 RUNS = {
-    "rgbd": Run(("nts_rgbd", "ans_rgbd", "frontier_rgbd", "random"), 56),
+    "rgbd": Run(("nts_rgbd", "ans_rgbd", "frontier_rgbd", "random"), 100),
     "rgb": Run(("nts_rgb", "ans_rgb"), 28),
     "learned": Run(tuple(filter(ships, (*LEARNED, "il_rgb", "target_rl_rgb"))), 28),
     "goals": Run(
