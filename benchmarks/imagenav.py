@@ -54,7 +54,7 @@ class Run:
 LEARNED = ("il_rgbd", "target_rl_rgbd", "metric_map_rl_rgbd")
 RUNS = {
     "rgbd": Run(("nts_rgbd", "ans_rgbd", "frontier_rgbd", "random"), 100),
-    "rgb": Run(("nts_rgb", "ans_rgb"), 28),
+    "rgb": Run(("nts_rgb", "ans_rgb"), 100),
     "learned": Run(tuple(filter(ships, (*LEARNED, "il_rgb", "target_rl_rgb"))), 28),
     "goals": Run(
         ("nts_rgbd", "nts_no_graph_rgbd", "nts_no_score_rgbd"),
