@@ -49,7 +49,8 @@ done
     --any-yaw-fraction 0.02 --episodes-per-building 5 --buildings "$out"/parts/*
 "$toponav" data prepare "$out/part-round1" --preset best --out "$out/part-cache1" --workers "$workers"
 "$toponav" train judge --data "$out/cache" "$out/cache1" "$out/part-cache" "$out/part-cache1" \
-    --start "$out/judge" --out "$out/judge1" --drives 350 --threads "$threads" --seed 0
+    --start "$out/judge" --out "$out/judge1" --drives 350 --epochs 32 --learning-rate 0.002 \
+    --threads "$threads" --seed 0
 
 # 7. What ships: half precision.
 "$toponav" train release "$out/judge1" --out "$out/best"
