@@ -29,7 +29,6 @@ from toponav.evaluation.imagenav.runner import ImageNavConfig, evaluate_image_na
 from toponav.evaluation.imagenav.tables import IMAGE_NAV_TABLES, load_image_nav_results
 from toponav.evaluation.imagenav.worker import ImageNavSettings
 from toponav.evaluation.table_layout import to_markdown
-from toponav.models.baselines.image_goal_weights import ships
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "imagenav"
@@ -55,7 +54,7 @@ LEARNED = ("il_rgbd", "target_rl_rgbd", "metric_map_rl_rgbd")
 RUNS = {
     "rgbd": Run(("nts_rgbd", "ans_rgbd", "frontier_rgbd", "random"), 100),
     "rgb": Run(("nts_rgb", "ans_rgb"), 100),
-    "learned": Run(tuple(filter(ships, (*LEARNED, "il_rgb", "target_rl_rgb"))), 28),
+    "learned": Run((*LEARNED, "il_rgb", "target_rl_rgb"), 28),
     "goals": Run(
         ("nts_rgbd", "nts_no_graph_rgbd", "nts_no_score_rgbd"),
         14,

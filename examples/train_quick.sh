@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Preset `best` in a hurry: a fifth of the drives, no DAgger rounds, half the epochs.
+# Preset `best` in a hurry: a fifth of the drives, no DAgger rounds, fewer epochs.
 # About three quarters of an hour on two cores. See docs/best.md for what it costs.
 #
 #   bash examples/train_quick.sh [FOLDER]      (make train-quick)
@@ -33,7 +33,7 @@ done
 
 # 3. The pose network learns to judge where the robot is not.
 "$toponav" train judge --data "$out/drives-cache" "$out/part-drives-cache" --start "$out/run" \
-    --out "$out/judge" --drives 150 --epochs 4 --threads "$threads" --seed 0
+    --out "$out/judge" --drives 150 --epochs 20 --learning-rate 0.002 --threads "$threads" --seed 0
 "$toponav" train release "$out/judge" --out "$out/quick"
 echo "evaluate it: $toponav eval graphnav --area AREA.yaml --plans PLANS.json" \
     "--agent graphnav_pf --weights $out/quick --out runs/quick-results"
