@@ -32,6 +32,12 @@ def task() -> NavigationTask:
     return NavigationTask(topological_map, shortest_plan(topological_map, "a", "hall"))
 
 
+def asked_about(beliefs: PoseHypotheses) -> np.ndarray:
+    """The numbers of the hypotheses in a batch: the followed one first."""
+    others = [k for k in range(len(beliefs)) if k != beliefs.followed]
+    return np.array([beliefs.followed, *others])
+
+
 class Knows(PoseNetwork):
     """Sees a pose that only it knows from any belief."""
 
@@ -39,7 +45,7 @@ class Knows(PoseNetwork):
     beliefs: "PoseHypotheses"
 
     def judged(self, local_map, map_picture):
-        away = self.truth - self.beliefs.filters.pose
+        away = self.truth - self.beliefs.filters.pose[asked_about(self.beliefs)]
         away[:, 2] = 0.0
         mean = torch.from_numpy(away).float()
         return mean, torch.full_like(mean, -1.0), None
@@ -65,7 +71,7 @@ class Judges(Knows):
     truth = np.array([-4.8, 0.0, 0.0])
 
     def judged(self, local_map, map_picture):
-        pose = self.beliefs.filters.pose
+        pose = self.beliefs.filters.pose[asked_about(self.beliefs)]
         mean = torch.zeros((len(pose), 3))
         away_m = np.hypot(*(pose[:, :2] - self.truth[:2]).T)
         log_odds = torch.from_numpy(np.where(away_m < 1.0, 3.0, -3.0)).float()
@@ -90,7 +96,7 @@ def test_hypotheses_begin_on_the_rooms_side(hypotheses):
     assert len(hypotheses) > 10
     assert (x_m <= 1e-9).all(), "the hall is ahead, the room behind"
     assert x_m.min() < -6.0
-    assert hypotheses.best == 0, "before anything is seen the node itself is likeliest"
+    assert hypotheses.followed == 0, "before anything is seen the node itself is likeliest"
 
 
 def test_few_hypotheses_are_left_where_the_network_sees_the_robot(hypotheses):
@@ -100,6 +106,31 @@ def test_few_hypotheses_are_left_where_the_network_sees_the_robot(hypotheses):
         hypotheses.correct(VIEW)
     assert len(hypotheses) <= 5
     assert hypotheses.pose[:2] == pytest.approx(Knows.truth[:2], abs=0.3)
+
+
+def test_hypothesis_is_followed_until_another_is_clearly_likelier():
+    class Wavers(Judges):
+        likelier: tuple[int, float] = (0, 0.0)
+
+        def judged(self, local_map, map_picture):
+            mean = torch.zeros((len(local_map), 3))
+            which, by = self.likelier
+            log_odds = torch.from_numpy(by * (asked_about(self.beliefs) == which))
+            return mean, torch.full_like(mean, 1.0), log_odds
+
+    network = Wavers(PoseConfig(picture=PictureConfig((4,), 4, 0.0), judges=True)).eval()
+    made = search(network, HypothesesConfig(at_once=100, kept=1.0))
+    made._log_weight[:] = 0.0
+    place = made.filters.pose[3].copy()
+    network.likelier = (3, 0.5)
+    made.predict(np.array([0.3, 0.0, 0.0]))
+    made.correct(VIEW)
+    assert made.followed != made._log_weight.argmax(), "hardly likelier: not followed"
+    network.likelier = (int(made._log_weight.argmax()), 4.0)
+    made.predict(np.array([0.3, 0.0, 0.0]))
+    made.correct(VIEW)
+    assert made.followed == made._log_weight.argmax()
+    assert made.pose[:2] == pytest.approx(place[:2] + [0.6, 0.0], abs=0.05)
 
 
 def test_hypothesis_that_is_judged_to_be_near_wins_though_all_see_no_offset(judged):

@@ -91,7 +91,7 @@ def replay_hypotheses(
                 search.correct(one.far[row])
             if is_new or (row - first) % _EVERY == 0:
                 noted = rng.permutation(len(search))[:_AT_ONCE]
-                noted = np.unique(np.append(noted, search.best))
+                noted = np.unique(np.append(noted, search.followed))
                 rows += [row] * len(noted)
                 poses.append(search.filters.pose[noted].astype(np.float32))
                 bounds.append(search.bounds_m[noted].astype(np.float32))

@@ -41,6 +41,8 @@ class HypothesesConfig:
     """A hypothesis this far from the node is less likely by a factor of 0.6."""
     give_up: float = 7.0
     """One whose log-weight is this much below the best one's is given up."""
+    kept: float = 1.0
+    """The one that the robot follows is followed until another has so much more log-weight."""
     same_m: float = 0.35
     """Two that have come this near to each other are one."""
     same_rad: float = 0.25
@@ -136,42 +138,46 @@ class PoseHypotheses:
         self._inside = np.full(len(poses), is_in_room) if inside is None else inside
         self._waited = np.zeros(len(poses), np.int64)
         self._judged = np.zeros(len(poses))
+        self._followed = int(self._log_weight.argmax())
         self._rest = self.config.rest_steps
 
     def __len__(self) -> int:
         return len(self._log_weight)
 
     @property
-    def best(self) -> int:
-        """The likeliest hypothesis."""
-        return int(self._log_weight.argmax())
+    def followed(self) -> int:
+        """The hypothesis that the robot follows: the likeliest, or one hardly less likely.
+
+        Where several are about as likely, following each in turn would lead nowhere.
+        """
+        return self._followed
 
     @property
     def pose(self) -> Float64[np.ndarray, " 3"]:
-        """The likeliest x, y and yaw."""
-        found: np.ndarray = self.filters.pose[self.best]
+        """The followed one's x, y and yaw."""
+        found: np.ndarray = self.filters.pose[self.followed]
         return found
 
     @property
     def std_in_robot(self) -> Float64[np.ndarray, " 3"]:
-        """Of the likeliest hypothesis: metres forward and left, radians."""
-        found: np.ndarray = self.filters.std_in_robot[self.best]
+        """Of the followed hypothesis: metres forward and left, radians."""
+        found: np.ndarray = self.filters.std_in_robot[self.followed]
         return found
 
     @property
     def progress_m(self) -> float:
-        """Metres of the plan behind the likeliest pose."""
-        return float(self._progress_m[self.best])
+        """Metres of the plan behind the followed pose."""
+        return float(self._progress_m[self.followed])
 
     @property
     def is_inside(self) -> bool:
-        """Whether the likeliest pose has not come by its first room's door yet."""
-        return bool(self._inside[self.best])
+        """Whether the followed pose has not come by its first room's door yet."""
+        return bool(self._inside[self.followed])
 
     @property
     def judged(self) -> float:
-        """Averaged log-odds that the likeliest pose is near the truth, since it was begun."""
-        return float(self._judged[self.best])
+        """Averaged log-odds that the followed pose is near the truth, since it was begun."""
+        return float(self._judged[self.followed])
 
     @property
     def is_early(self) -> bool:
@@ -225,9 +231,12 @@ class PoseHypotheses:
             self._judged[due] += share * (judged - self._judged[due])
         self._leave_rooms()
         self._thin_out()
+        likeliest = int(self._log_weight.argmax())
+        if self._log_weight[likeliest] > self._log_weight[self._followed] + self.config.kept:
+            self._followed = likeliest
         self._rest = max(0, self._rest - 1)
         if not self._rest and self._network.config.judges:
-            judged = self._judged[self.best]
+            judged = self._judged[self.followed]
             if judged < -self.config.doubted:
                 self.begin_anew()
             elif judged < self.config.blamed and self._creeps():
@@ -240,10 +249,10 @@ class PoseHypotheses:
         return math.dist(self._lately[0], self._lately[-1]) < self.config.creep_m
 
     def _due(self) -> Int64[np.ndarray, " due"]:
-        """Which hypotheses this frame corrects, the likeliest first."""
-        best = self.best
+        """Which hypotheses this frame corrects, the followed one first."""
+        first = self._followed
         order = np.argsort(-self._waited, kind="stable")
-        due = np.concatenate([[best], order[order != best]])[: self.config.at_once]
+        due = np.concatenate([[first], order[order != first]])[: self.config.at_once]
         self._waited += 1
         self._waited[due] = 0
         return due
@@ -312,16 +321,20 @@ class PoseHypotheses:
             return
         config, pose = self.config, self.filters.pose
         kept: list[int] = []
+        followed = 0
         for one in np.argsort(-self._log_weight).tolist():
-            if self._log_weight[one] < self._log_weight[self.best] - config.give_up:
+            if self._log_weight[one] < self._log_weight.max() - config.give_up:
                 break
             turn = pose[kept, 2] - pose[one, 2]
             met = np.hypot(*(pose[kept, :2] - pose[one, :2]).T) < config.same_m
             met &= np.abs(np.arctan2(np.sin(turn), np.cos(turn))) < config.same_rad
-            if met.any():
-                continue
-            kept.append(one)
+            if one == self._followed:
+                # One that has met a likelier one is followed in that.
+                followed = int(met.argmax()) if met.any() else len(kept)
+            if not met.any():
+                kept.append(one)
         chosen = np.array(kept)
+        self._followed = followed
         self.filters.choose(chosen)
         self._log_weight = self._log_weight[chosen] - self._log_weight[chosen].max()
         self._progress_m, self._inside = self._progress_m[chosen], self._inside[chosen]
