@@ -15,7 +15,7 @@ help:
 	@echo "make editor  bundle the map editor's page again (needs Node 20)"
 	@echo "make check   format, lint, types, imports, spelling"
 	@echo "make bench   frame rates and closed-loop speed, stored under benchmarks/results/"
-	@echo "make train-quick     preset best in a hurry (about three quarters of an hour)"
+	@echo "make train-quick     preset best in a hurry (about half an hour)"
 	@echo "make train-best      preset best from nothing (about three hours)"
 	@echo "make train-compact   data set and training of the shipped weights (about an hour)"
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Preset `best` in a hurry: a fifth of the drives, no DAgger rounds, fewer epochs.
-# About three quarters of an hour on two cores. See docs/best.md for what it costs.
+# About half an hour on two cores. See docs/best.md for what it costs.
 #
 #   bash examples/train_quick.sh [FOLDER]      (make train-quick)
 set -euo pipefail
