@@ -47,6 +47,17 @@ TITLES = {
     "oracle": "all four",
     "shortest_path": "floor plan and true pose (`shortest_path`)",
 }
+ORACLES = ("localization", "relative_pose", "explorable", "score")
+BETWEEN = (
+    *(("no_noise", agent, "rgbd", agent) for agent in ("nts_rgbd", "ans_rgbd", "frontier_rgbd")),
+    *(("sliding", f"nts_{sensor}", sensor, f"nts_{sensor}") for sensor in ("rgbd", "rgb")),
+    *(("oracle", f"oracle_{truth}", "oracle", "nts_rgbd") for truth in ORACLES),
+    ("oracle", "oracle", "oracle", "nts_rgbd"),
+    *(("rgbd", "nts_rgbd", "learned", f"{agent}_rgbd")
+      for agent in ("il", "target_rl", "metric_map_rl")),
+    *(("rgb", "nts_rgb", "learned", f"{agent}_rgb") for agent in ("il", "target_rl")),
+)  # fmt: skip
+"""Run, agent, other run, its agent."""
 Row = dict[str, Any]
 
 
@@ -152,9 +163,11 @@ def paths() -> str:
     return table(["path and steps, mean", *DIFFICULTIES], rows)
 
 
-def _pairs(run: str, first: str, second: str) -> list[tuple[Row, Row]]:
-    theirs = {row["episode"]: row for row in stored(run).of(second)}
-    return [(row, theirs[row["episode"]]) for row in stored(run).of(first)]
+def _pairs(run: str, first: str, second: str, other: str | None = None) -> list[tuple[Row, Row]]:
+    """The episodes that two agents both drove, the second one perhaps in another run."""
+    theirs = {row["episode"]: row for row in stored(other or run).of(second)}
+    ours = stored(run).of(first)
+    return [(row, theirs[row["episode"]]) for row in ours if row["episode"] in theirs]
 
 
 def _within(row: Row, budget: int) -> float:
@@ -220,6 +233,23 @@ def paired() -> str:
     return table(["", "than", "n", "success, points", "SPL, points", "ratio of success"], rows)
 
 
+def between() -> str:
+    """The same episodes in two runs, or by two agents of the oracles' run."""
+    rows = []
+    for run, first, other, second in BETWEEN:
+        pairs = _pairs(run, first, second, other)
+        levels = [ours["difficulty"] for ours, _ in pairs]
+        cells = [
+            points(
+                np.array([float(ours[key]) - float(theirs[key]) for ours, theirs in pairs]), levels
+            )
+            for key in ("success", "spl")
+        ]
+        names = [f"`{agent}`, {name}" for agent, name in ((first, run), (second, other))]
+        rows.append([*names, str(len(pairs)), *cells])
+    return table(["run", "than", "n", "success, points", "SPL, points"], rows)
+
+
 def table_2() -> str:
     """Success without stop and without noise, and with sliding."""
     rows = []
@@ -253,21 +283,29 @@ def figure_8() -> str:
 
 
 def figure_8_paired() -> str:
-    """NTS against its ablations, goal by goal, on the same sequences."""
+    """NTS against its ablations on the same sequences: goal by goal, and over all goals."""
     run = stored("goals")
     first, *others = run.results["agents"]
     found = {(row["agent"], row["episode"], row["goal"]): row for row in run.rows}
     most = 1 + max(row["goal"] for row in run.rows)
+    begun = run.of(first)
+    levels = [row["difficulty"] for row in begun]
     rows = []
     for other in others:
-        cells = []
-        for goal in range(most):
-            keys = [key for key in found if key[0] == first and key[2] == goal]
-            pairs = [(found[key], found[(other, *key[1:])]) for key in keys]
-            spl = np.array([ours["spl"] - theirs["spl"] for ours, theirs in pairs])
-            cells.append(points(spl, [ours["difficulty"] for ours, _ in pairs]))
+        spl = np.array(
+            [
+                [
+                    found[(first, row["episode"], goal)]["spl"]
+                    - found[(other, row["episode"], goal)]["spl"]
+                    for goal in range(most)
+                ]
+                for row in begun
+            ]
+        )
+        cells = [points(values, levels) for values in (*spl.T, spl.mean(axis=1))]
         rows.append([f"NTS over NTS {TITLES[other]}", *cells])
-    return table(["SPL of one goal, points", *(f"goal {k + 1}" for k in range(most))], rows)
+    goals = [f"goal {k + 1}" for k in range(most)]
+    return table(["SPL of one goal, points", *goals, "all"], rows)
 
 
 def oracle() -> str:
@@ -286,7 +324,7 @@ def oracle() -> str:
 TABLES: dict[str, Callable[[], str]] = {
     make.__name__: make
     for make in (table_1, episodes, paths, paired, budgets, rooms, table_2, figure_8,
-                 figure_8_paired, oracle)
+                 figure_8_paired, oracle, between)
 }  # fmt: skip
 
 
